@@ -14,33 +14,22 @@
 #include "fit/light_search.h"
 #include "fit/pre_divide.h"
 #include "lighting/cube.h"
+#include "tests/lighting/real_sh.h"
 #include "tests/lighting/worst_search.h"
 
 namespace lightcook {
 namespace {
 
-using Real = long double;
+using test::Real;
+using test::realBasis;
+using test::RealSh;
 using test::SearchBudget;
 using test::SearchRange;
 using Kind = SearchRange::Kind;
 using Input = std::vector<double>;
-using RealSh = std::array<Real, lighting::kShCount>;
 
 constexpr double kMostFloat = 3.4028234663852886e38;
-constexpr Real kPi = 3.14159265358979323846264338327950288L;
-
-RealSh basisOf(Real x, Real y, Real z) {
-    const Real linear = std::sqrt(3 / (4 * kPi)), product = std::sqrt(15 / kPi) / 2, zonal = std::sqrt(5 / kPi) / 4;
-    return {std::sqrt(1 / kPi) / 2,
-            linear * y,
-            linear * z,
-            linear * x,
-            product * x * y,
-            product * y * z,
-            zonal * (3 * z * z - 1),
-            product * x * z,
-            product / 2 * (x * x - y * y)};
-}
+constexpr Real kPi = test::kRealPi;
 
 /// Points and weights of Gauss and Legendre on [0, 1].
 struct Rule {
@@ -87,11 +76,11 @@ std::vector<RealSh> texelIntegrals(bool isStrip, int width, int height) {
                         const std::array<std::array<Real, 3>, 6> faces = {
                             {{1, -b, -a}, {-1, -b, a}, {a, 1, b}, {a, -1, -b}, {a, -b, 1}, {-a, -b, -1}}};
                         const auto& d = faces[static_cast<std::size_t>(face)];
-                        basis = basisOf(d[0] / r, d[1] / r, d[2] / r);
+                        basis = realBasis(d[0] / r, d[1] / r, d[2] / r);
                         area = 4 / (static_cast<Real>(width) * width * r * r * r);
                     } else {
                         const Real theta = kPi * (y + v) / height, psi = 2 * kPi * ((x + u) / width - 0.5L);
-                        basis = basisOf(std::sin(theta) * std::sin(psi), std::cos(theta), -std::sin(theta) * std::cos(psi));
+                        basis = realBasis(std::sin(theta) * std::sin(psi), std::cos(theta), -std::sin(theta) * std::cos(psi));
                         area = 2 * kPi * kPi / (static_cast<Real>(width) * height) * std::sin(theta);
                     }
                     RealSh& sum = out[static_cast<std::size_t>(y * width + x)];
@@ -203,7 +192,7 @@ std::vector<SearchRange> incidentRanges(double low, double high) {
 /// The share of energy that a light leaves.
 Real unexplainedBy(const lighting::ShRgb& incident, const fit::LightFit& light, bool hasAmbient) {
     const RealSh basis =
-        basisOf(static_cast<Real>(light.direction.x), static_cast<Real>(light.direction.y), static_cast<Real>(light.direction.z));
+        realBasis(static_cast<Real>(light.direction.x), static_cast<Real>(light.direction.y), static_cast<Real>(light.direction.z));
     Real error = 0, energy = 0;
     for (std::size_t i = 0; i < incident.size(); ++i)
         for (int c = 0; c < 3; ++c) {
@@ -260,7 +249,7 @@ void expectWindow(const SearchBudget& budget, double low, double high) {
         const fit::PreDivide found = fit::makePreDivide(incident, {{1, 1, 1}, bands}, options);
         const Real x = static_cast<Real>(in[27]), y = static_cast<Real>(in[28]), z = static_cast<Real>(in[29]) + 1e-7L,
                    length = std::sqrt(x * x + y * y + z * z);
-        const RealSh basis = basisOf(x / length, y / length, z / length);
+        const RealSh basis = realBasis(x / length, y / length, z / length);
         Real worst = 0;
         for (int c = 0; c < 3; ++c) {
             Real sum = 0;

@@ -10,6 +10,7 @@
 #include "lighting/radiometry.h"
 #include "lighting/sphere.h"
 #include "tests/compress/synthetic_light_map.h"
+#include "tests/lighting/real_sh.h"
 #include "tests/lighting/worst_search.h"
 #include "tests/verify/cooked_light_map.h"
 #include "tests/verify/itp_truth.h"
@@ -22,26 +23,15 @@
 namespace lightcook {
 namespace {
 
-using Real = long double;
+using test::Real;
 using test::SearchBudget;
 using test::SearchRange;
 using Kind = SearchRange::Kind;
 using Input = std::vector<double>;
 
 /// Shades coefficients towards n.
-Real shaded(const std::array<Real, lighting::kShCount>& k, const lighting::ShBands& bands, const std::array<Real, 3>& n) {
-    const auto& [x, y, z] = n;
-    const Real pi = 3.14159265358979323846264338327950288L;
-    const Real linear = std::sqrt(3 / (4 * pi)), product = std::sqrt(15 / pi) / 2, zonal = std::sqrt(5 / pi) / 4;
-    const Real basis[9] = {std::sqrt(1 / pi) / 2,
-                           linear * y,
-                           linear * z,
-                           linear * x,
-                           product * x * y,
-                           product * y * z,
-                           zonal * (3 * z * z - 1),
-                           product * x * z,
-                           product / 2 * (x * x - y * y)};
+Real shaded(const test::RealSh& k, const lighting::ShBands& bands, const std::array<Real, 3>& n) {
+    const test::RealSh basis = test::realBasis(n[0], n[1], n[2]);
     Real sum = 0;
     for (std::size_t i = 0; i < k.size(); ++i)
         sum += static_cast<Real>(bands[static_cast<std::size_t>(lighting::kShBand[i])]) * k[i] * basis[i];
@@ -103,7 +93,7 @@ void expectTest(const SearchBudget& budget, double low, double high) {
     test::expectHolds("cannotExceed", pairRanges(low, high), budget, [](const Input& in) {
         const Lights lights = lightsOf(in, true);
         const Real error = localErrorOf(lights);
-        // Of limits below the error, the largest that the test takes.
+        // No limit below the error may pass; the largest that does counts.
         for (const double share : {0.9999999999, 0.999999, 0.999, 0.9, 0.5, 0.1})
             if (verify::cannotExceed(lights.pairs, {&lights.response, 1}, lights.floor, {}, share * static_cast<double>(error)))
                 return 2 - static_cast<Real>(share);
