@@ -36,25 +36,19 @@ verify::DecodedLightMapRows decoded(const compress::LightMapPlan& plan, const co
     return out;
 }
 
-/// Appends the rows that follow.
-void append(verify::DecodedLightMapRows& rows, const verify::DecodedLightMapRows& next) {
-    for (std::size_t texture = 0; texture < rows.textures.size(); ++texture)
-        for (std::size_t layer = 0; layer < rows.textures[texture].size(); ++layer) {
-            formats::Image<glm::vec4>& above = rows.textures[texture][layer];
-            const formats::Image<glm::vec4>& below = next.textures[texture][layer];
-            formats::Image<glm::vec4> both(above.width(), above.height() + below.height());
-            std::ranges::copy(below.texels(), std::ranges::copy(above.texels(), both.texels().begin()).out);
-            above = std::move(both);
-        }
+/// Returns rows [firstRow, endRow) with what the encoder needs beside them.
+formats::Result<formats::LightMapStrip> rowsWithContext(LightMapSource& source, int firstRow, int endRow) {
+    const int above = std::max(0, firstRow - compress::kLightMapContextRows),
+              below = std::min(source.height(), endRow + compress::kLightMapContextRows);
+    return source.rows(above, below - above);
 }
 
 }  // namespace
 
 formats::Result<PlannedRows> planRows(LightMapSource& source, const compress::LightMapPlan& plan, const compress::EncodeOptions& options,
                                       int firstRow, int endRow) {
-    const int above = std::max(0, firstRow - compress::kLightMapContextRows),
-              below = std::min(plan.height, endRow + compress::kLightMapContextRows), rowCount = endRow - firstRow;
-    LC_TRY(texels, source.rows(above, below - above));
+    const int rowCount = endRow - firstRow;
+    LC_TRY(texels, rowsWithContext(source, firstRow, endRow));
     const auto rows = compress::encodeLightMapRows(plan, *texels, firstRow, rowCount, options);
     return PlannedRows{std::move(*texels), decoded(plan, rows, firstRow, rowCount)};
 }
@@ -63,15 +57,19 @@ formats::Result<PlannedRows> planStrip(LightMapSource& source, const StripEncode
     const compress::LightMapPlan& plan = encoder.plan();
     const int firstRow = source.stripFirstRow(index), rowCount = source.stripRows(index), endRow = firstRow + rowCount,
               below = std::min(plan.height, endRow + plan.blockHeight());
-    LC_TRY(strip, source.stripWithMargin(index, compress::kLightMapContextRows, compress::kLightMapContextRows));
-    PlannedRows planned{std::move(*strip), {}};
-    planned.decoded = decoded(plan, encoder.encode(planned.texels, firstRow, rowCount), firstRow, rowCount);
-    if (endRow == below) return planned;
-    LC_TRY(next, planRows(source, plan, encoder.options(), endRow, below));
-    append(planned.decoded, next->decoded);
-    LC_TRY(texels, source.rows(firstRow, below - firstRow));
-    planned.texels = std::move(*texels);
-    return planned;
+    LC_TRY(texels, rowsWithContext(source, firstRow, endRow));
+    auto rows = encoder.encode(*texels, firstRow, rowCount);
+    if (endRow < below) {
+        LC_TRY(next, rowsWithContext(source, endRow, below));
+        const auto more = compress::encodeLightMapRows(plan, *next, endRow, below - endRow, encoder.options());
+        for (std::size_t texture = 0; texture < rows.textures.size(); ++texture)
+            for (std::size_t layer = 0; layer < rows.textures[texture].layers.size(); ++layer) {
+                std::vector<std::byte>& blocks = rows.textures[texture].layers[layer];
+                const std::vector<std::byte>& following = more.textures[texture].layers[layer];
+                blocks.insert(blocks.end(), following.begin(), following.end());
+            }
+    }
+    return PlannedRows{std::move(*texels), decoded(plan, rows, firstRow, below - firstRow)};
 }
 
 }  // namespace lightcook::pipeline

@@ -486,8 +486,9 @@ private:
         return tried.whole && ofWhole ? tried.whole->visible / *ofWhole : triedUse(tried.candidate, map_.parameters.limits);
     }
 
-    /// Returns what the rows that a layout was measured on tell. One that keeps its limits on a sample is taken: verification measures all
-    /// rows, and refutes it where the sample was lucky (LayoutDecision). More rows are measured only of one that may be refused wrongly.
+    /// Judges a layout by the rows that it was measured on. A sample within the limits is enough to take it: verification measures all
+    /// rows, and refutes the layout where the sample was lucky (LayoutDecision). Nothing corrects a layout that is refused wrongly, so that
+    /// one a little above its limits is measured on more rows.
     Verdict verdictOn(const Tried& tried) const {
         const double used = useOf(tried);
         if (used <= 1) return Verdict::Keeps;
