@@ -5,7 +5,6 @@ endforeach()
 
 # Used by the program, the image module and the tests, or header-only and invisible in our headers: users of the library need none of these.
 pkg_check_modules(OpenImageIO REQUIRED IMPORTED_TARGET OpenImageIO)
-pkg_check_modules(XxHash REQUIRED IMPORTED_TARGET libxxhash)
 pkg_check_modules(HttpLib REQUIRED IMPORTED_TARGET cpp-httplib)
 find_package(OpenSSL REQUIRED)
 find_package(Eigen3 REQUIRED)

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <sys/stat.h>
-#include <xxhash.h>
 
 #include <cerrno>
 #include <chrono>
@@ -21,10 +20,6 @@ using formats::ErrorCode;
 using formats::failure;
 using formats::Result;
 
-std::string hex(XXH128_hash_t hash) {
-    return fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
-}
-
 std::int64_t nowNs() {
     return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
@@ -34,10 +29,6 @@ constexpr std::int64_t kRacyNs = 20'000'000;
 
 }  // namespace
 
-std::string digestOfText(std::string_view text) {
-    return hex(XXH3_128bits(text.data(), text.size()));
-}
-
 Result<std::string> digestOfFile(const std::filesystem::path& file) {
     std::error_code code;
     const std::filesystem::file_status status = std::filesystem::status(file, code);
@@ -45,14 +36,12 @@ Result<std::string> digestOfFile(const std::filesystem::path& file) {
         return failure(ErrorCode::FileUnreadable, file, "found something that is no file, expected a readable file");
     std::ifstream stream(file, std::ios::binary);
     if (!stream) return failure(ErrorCode::FileUnreadable, file, fmt::format("found {}, expected a readable file", std::strerror(errno)));
-    const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(), XXH3_freeState);
-    if (!state) throw std::bad_alloc();
-    XXH3_128bits_reset(state.get());
+    formats::Digest digest;
     std::vector<char> buffer(1 << 20);
     while (stream.read(buffer.data(), static_cast<std::streamsize>(buffer.size())) || stream.gcount() > 0)
-        XXH3_128bits_update(state.get(), buffer.data(), static_cast<std::size_t>(stream.gcount()));
+        digest.add(std::span<const char>(buffer).first(static_cast<std::size_t>(stream.gcount())));
     if (stream.bad()) return failure(ErrorCode::FileUnreadable, file, "found a read error, expected a readable file");
-    return hex(XXH3_128bits_digest(state.get()));
+    return digest.text();
 }
 
 bool DigestMemo::stampOf(const std::filesystem::path& file, Stamp& stamp) {

@@ -8,12 +8,12 @@
 #include <string>
 #include <string_view>
 
+#include "formats/digest.h"
 #include "formats/error.h"
 
 namespace lightcook::pipeline {
 
-/// Returns XXH3-128 as 32 hexadecimal digits. It detects changes and corruption, not an attack.
-std::string digestOfText(std::string_view text);
+using formats::digestOfText;
 formats::Result<std::string> digestOfFile(const std::filesystem::path& file);
 
 /// Digests of files. They are kept between runs by size, times and inode, so that an unchanged file is not read again. May be used from

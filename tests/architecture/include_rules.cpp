@@ -73,7 +73,7 @@ const std::vector<Library> kLibraries = {
     {"CLI/", {"pipeline"}},
     {"httplib.h", {"pipeline"}},
     {"openssl/", {"pipeline"}},
-    {"xxhash.h", {"pipeline"}},
+    {"xxhash.h", {"formats"}},
     {"nlohmann/", {"formats", "pipeline"}},
     {"tl/", {"formats", "atlas", "compress", "fit", "verify", "pipeline"}},
     {"fmt/", {}},
