@@ -157,6 +157,9 @@ public:
     /// Reads rows [firstRow, firstRow + rowCount). Safe to call from several threads. Does not look for fireflies: checkFireflies() does,
     /// because it needs the neighbours.
     Result<LightMapStrip> read(int firstRow, int rowCount) const;
+    /// Returns a digest of what the files store of rows [firstRow, firstRow + rowCount), without decoding them: under the same description,
+    /// mesh and lmbake, rows of equal digests are equal. Empty: nobody knows. Safe to call from several threads.
+    Result<std::string> storedDigest(int firstRow, int rowCount) const;
     /// Returns where a colour of a coefficient of texel (x, y) is stored, for errors: "map.exr, channel sh00.R, texel (3, 4)". Of one that
     /// is computed from several numbers, one of them.
     Subject placeOf(std::size_t coefficient, int colour, int x, int y) const;

@@ -11,6 +11,7 @@
 #include "formats/bakes/bake_reader.h"
 #include "formats/bakes/light_encoding.h"
 #include "formats/bakes/surface_channels.h"
+#include "formats/digest.h"
 #include "formats/file/file_kind.h"
 #include "formats/gpu_texture.h"
 #include "formats/lower_extension.h"
@@ -170,6 +171,19 @@ Result<void> BakeImage::readRows(int firstRow, int rowCount, std::span<const Exr
                     isAlpha ? alpha_.at(x, firstRow + y) : picture_.at(x, firstRow + y)[channel];
     }
     return {};
+}
+
+Result<std::string> BakeImage::storedDigest(int firstRow, int rowCount) const {
+    if (exr_) return exr_->storedDigest(firstRow, rowCount);
+    Digest digest;
+    const auto addRows = [&](const auto& image) {
+        if (image.width() == 0) return;
+        const auto rows = image.view().rows(firstRow, rowCount);
+        digest.add(std::span(rows.texels, static_cast<std::size_t>(rows.width) * static_cast<std::size_t>(rows.height)));
+    };
+    addRows(picture_);
+    addRows(alpha_);
+    return digest.text();
 }
 
 bool isPicture(const ExrInfo& info) {

@@ -38,6 +38,8 @@ public:
     int tileHeight() const;
     /// Reads rows [firstRow, firstRow + rowCount) of channels that exist. Safe from several threads.
     Result<void> readRows(int firstRow, int rowCount, std::span<const ExrPlane> planes) const;
+    /// Returns a digest of what is stored of rows: see ExrReader::storedDigest().
+    Result<std::string> storedDigest(int firstRow, int rowCount) const;
 
 private:
     static Result<BakeImage> openEncoded(const std::filesystem::path& file, LightEncoding encoding);

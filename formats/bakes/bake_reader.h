@@ -58,6 +58,9 @@ public:
     virtual std::string coverageChannel() const { return ""; }
     /// Reads rows [firstRow, firstRow + rowCount). Safe to call from several threads.
     virtual Result<RawStrip> read(int firstRow, int rowCount) const = 0;
+    /// Returns a digest of what the files store of rows [firstRow, firstRow + rowCount): with the same description and mesh, rows of equal
+    /// digests are equal. Empty: nobody knows. Safe to call from several threads.
+    virtual Result<std::string> storedDigest([[maybe_unused]] int firstRow, [[maybe_unused]] int rowCount) const { return std::string(); }
     /// Returns where a colour of a coefficient of texel (x, y), which is no light, is stored. Of one that is computed from several numbers:
     /// the number at fault. Empty: the file has no such place.
     virtual std::optional<StoredNumber> placeOf([[maybe_unused]] std::size_t coefficient, [[maybe_unused]] int colour,

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "formats/digest.h"
+
 namespace lightcook::formats {
 
 std::optional<float> ImagesReader::valueAt(const ChannelOfImage& place, int x, int y) const {
@@ -15,6 +17,16 @@ std::optional<float> ImagesReader::valueAt(const ChannelOfImage& place, int x, i
 
 std::optional<StoredNumber> ImagesReader::numberAt(const ChannelOfImage& place, int x, int y) const {
     return StoredNumber{images_[place.image].subject(), place.channel, x, y, valueAt(place, x, y)};
+}
+
+Result<std::string> ImagesReader::storedDigest(int firstRow, int rowCount) const {
+    std::string digests;
+    for (const BakeImage& image : images_) {
+        LC_TRY(digest, image.storedDigest(firstRow, rowCount));
+        if (digest->empty()) return digest;
+        digests += *digest;
+    }
+    return digestOfText(digests);
 }
 
 std::optional<StoredNumber> ImagesReader::placeOf(std::size_t coefficient, int colour, int x, int y) const {

@@ -97,6 +97,7 @@ public:
     bool hasNormals() const override { return true; }
     bool hasCoverage() const override { return takesCoverage_ || bake_->hasCoverage(); }
     std::string coverageChannel() const override { return bake_->coverageChannel(); }
+    Result<std::string> storedDigest(int firstRow, int rowCount) const override { return bake_->storedDigest(firstRow, rowCount); }
     Result<RawStrip> read(int firstRow, int rowCount) const override {
         Result<RawStrip> raw = bake_->read(firstRow, rowCount);
         if (!raw) return raw;
@@ -372,6 +373,10 @@ Result<LightMapStrip> LightMapReader::read(int firstRow, int rowCount) const {
     Result<RawStrip> raw = state_->reader->read(firstRow, rowCount);
     if (!raw) return tl::make_unexpected(raw.error());
     return state_->canonical(std::move(*raw), firstRow, *state_->reader);
+}
+
+Result<std::string> LightMapReader::storedDigest(int firstRow, int rowCount) const {
+    return state_->reader->storedDigest(firstRow, rowCount);
 }
 
 Subject LightMapReader::placeOf(std::size_t coefficient, int colour, int x, int y) const {

@@ -30,6 +30,10 @@ public:
         return bake_->placeOf(coefficient, colour, x, y);
     }
 
+    Result<std::string> storedDigest(int firstRow, int rowCount) const override {
+        const int first = std::max(firstRow - kReach, 0), end = std::min(firstRow + rowCount + kReach, height());
+        return bake_->storedDigest(first, end - first);
+    }
     Result<RawStrip> read(int firstRow, int rowCount) const override {
         const int first = std::max(firstRow - kReach, 0), end = std::min(firstRow + rowCount + kReach, height()), above = firstRow - first;
         Result<RawStrip> raw = bake_->read(first, end - first);

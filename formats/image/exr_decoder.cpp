@@ -24,6 +24,7 @@
 #include <limits>
 
 #include "formats/file/one_line.h"
+#include "formats/image/exr_chunks.h"
 #include "formats/image/exr_windows.h"
 #include "formats/image/out_of_memory.h"
 #include "formats/memory.h"
@@ -340,8 +341,8 @@ void readTiled(Imf::TiledInputFile& file, int firstRow, int rowCount, const ExrI
 /// A file that this process decodes.
 class ExrDecoder : public ExrSource {
 public:
-    ExrDecoder(std::filesystem::path file, ExrInfo info, Handle handle)
-        : file_(std::move(file)), info_(std::move(info)), handle_(std::move(handle)) {}
+    ExrDecoder(int descriptor, std::filesystem::path file, ExrInfo info, Handle handle)
+        : descriptor_(descriptor), file_(std::move(file)), info_(std::move(info)), handle_(std::move(handle)) {}
     const ExrInfo& info() const override { return info_; }
     int chunkRows() const override { return info_.isTiled ? info_.tileHeight : rowsPerChunk(handle_.header().compression()); }
     Result<void> readRows(int firstRow, int rowCount, std::span<const ExrPlane> planes) override {
@@ -361,11 +362,17 @@ public:
                            fmt::format("found {}, expected whole pixel data", quotedLine(exception.what())));
         }
     }
+    Result<std::string> storedDigest(int firstRow, int rowCount) override {
+        if (!chunks_) chunks_ = std::make_unique<ExrChunks>(descriptor_, info_);
+        return chunks_->digestOf(firstRow, rowCount);
+    }
 
 private:
+    int descriptor_;
     std::filesystem::path file_;
     ExrInfo info_;
     Handle handle_;
+    std::unique_ptr<ExrChunks> chunks_;  ///< once they were asked for
 };
 
 }  // namespace
@@ -397,7 +404,7 @@ Result<std::unique_ptr<ExrSource>> openExrHere(int descriptor, const std::filesy
         if (!handle.isComplete()) return unreadable(file, "found pixel data missing, expected a whole file: truncated");
         const Imf::Header& header = handle.header();
         LC_CHECK(checkWindows(file, windowOf(header.dataWindow()), windowOf(header.displayWindow())));
-        return std::make_unique<ExrDecoder>(file, std::move(*info), std::move(handle));
+        return std::make_unique<ExrDecoder>(descriptor, file, std::move(*info), std::move(handle));
     } catch (const std::exception& exception) {
         return unreadable(file, exception);
     }

@@ -105,6 +105,14 @@ Result<void> ExrReader::readRows(int firstRow, int rowCount, std::span<const Exr
     return {};
 }
 
+Result<std::string> ExrReader::storedDigest(int firstRow, int rowCount) const {
+    assert(0 <= firstRow && 0 < rowCount && firstRow + rowCount <= state_->info.height);
+    LC_TRY(source, state_->take());
+    LC_TRY(digest, (*source)->storedDigest(firstRow, rowCount));
+    state_->giveBack(std::move(*source));
+    return digest;
+}
+
 struct ExrWriter::State {
     PendingFile pending;
     std::vector<std::string> channels;

@@ -24,6 +24,8 @@ public:
     virtual int chunkRows() const = 0;
     /// See ExrReader::readRows().
     virtual Result<void> readRows(int firstRow, int rowCount, std::span<const ExrPlane> planes) = 0;
+    /// See ExrReader::storedDigest().
+    virtual Result<std::string> storedDigest(int firstRow, int rowCount) = 0;
 };
 
 /// Checks magic number and version of a file, without OpenEXR.

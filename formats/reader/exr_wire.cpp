@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "formats/digest.h"
 #include "formats/image/exr_source.h"
 #include "formats/reader/decoders.h"
 #include "formats/reader/reader_process.h"
@@ -52,6 +53,16 @@ bool isPossible(const ExrInfo& info, int chunkRows) {
            info.channels.size() <= kMostExrChannels && info.integerChannels.size() <= info.channels.size();
 }
 
+enum class Request : std::uint8_t { Texels, StoredDigest };
+
+WireWriter requestOf(Request request, int firstRow, int rowCount) {
+    WireWriter out;
+    out.put(request);
+    out.put(firstRow);
+    out.put(rowCount);
+    return out;
+}
+
 /// A file that a child process decodes.
 class ExrOfChild : public ExrSource {
 public:
@@ -65,9 +76,7 @@ public:
         for (int row = firstRow; row < firstRow + rowCount;) {
             const std::int64_t chunkEnd = (std::int64_t{row / chunkRows_} + chunksAtOnce) * chunkRows_;
             const int end = static_cast<int>(std::min<std::int64_t>(firstRow + rowCount, chunkEnd));
-            WireWriter request;
-            request.put(row);
-            request.put(end - row);
+            WireWriter request = requestOf(Request::Texels, row, end - row);
             request.put(static_cast<std::uint32_t>(planes.size()));
             for (const ExrPlane& plane : planes) request.put(std::string_view(plane.channel));
             LC_TRY(bytes, reader_.read(request, rowBytes * static_cast<std::size_t>(end - row)));
@@ -75,6 +84,12 @@ public:
             row = end;
         }
         return {};
+    }
+
+    Result<std::string> storedDigest(int firstRow, int rowCount) override {
+        LC_TRY(bytes, reader_.read(requestOf(Request::StoredDigest, firstRow, rowCount), kDigestLength));
+        const char* const text = reinterpret_cast<const char*>(bytes->data());
+        return std::string(text, *text == '\0' ? 0 : bytes->size());
     }
 
 private:
@@ -114,7 +129,14 @@ public:
         return {};
     }
     Result<void> read(WireReader& arguments, std::span<std::byte> out) override {
+        const auto request = arguments.get<Request>();
         const int firstRow = arguments.get<int>(), rowCount = arguments.get<int>();
+        if (request == Request::StoredDigest) {
+            LC_TRY(digest, source_->storedDigest(firstRow, rowCount));
+            std::ranges::fill(out, std::byte{0});
+            std::ranges::copy(std::as_bytes(std::span(*digest)), out.begin());
+            return {};
+        }
         const auto planeSize = std::ptrdiff_t{source_->info().width} * rowCount;
         std::vector<ExrPlane> planes;
         for (std::string& channel : arguments.texts())

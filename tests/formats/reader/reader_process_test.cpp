@@ -13,6 +13,7 @@
 #include "formats/gltf/draco_sources.h"
 #include "formats/image/exr_source.h"
 #include "formats/reader/walls.h"
+#include "tests/formats/exr_attribute.h"
 #include "tests/formats/exr_fixture.h"
 #include "tests/formats/temporary_folder.h"
 
@@ -122,6 +123,62 @@ TEST_F(ReaderProcesses, GiveTheTexelsOfThisProcess) {
     const auto walls = wallsOfReaders();
     EXPECT_EQ(walls.front(), "process");
     EXPECT_THAT(walls, testing::Contains("limits"));
+}
+
+TEST_F(ReaderProcesses, StoredDigestsAreThoseOfTheChunksThatRowsLieIn) {
+    constexpr int kHeight = 100, kPoked = 70;
+    const fs::path file = folder_ / "map.exr";
+    // Returns the digests of rows [16 i, 16 i + 16).
+    const auto digests = [&](const ExrRecipe& recipe) {
+        writeRecipe(file, recipe);
+        const int descriptor = ::open(file.c_str(), O_RDONLY);
+        const auto here = openExrHere(descriptor, file);
+        const auto there = ExrReader::open(file);
+        EXPECT_TRUE(here && there);
+        std::vector<std::string> found;
+        for (int row = 0; row < kHeight; row += 16) {
+            const int count = std::min(16, kHeight - row);
+            const auto digest = there->storedDigest(row, count);
+            EXPECT_TRUE(digest) << digest.error().line();
+            EXPECT_EQ(*digest, (*here)->storedDigest(row, count).value_or(""));
+            found.push_back(*digest);
+        }
+        ::close(descriptor);
+        return found;
+    };
+    for (const bool isTiled : {false, true}) {
+        ExrRecipe recipe{.width = 50, .height = kHeight, .isTiled = isTiled, .channels = seededShChannels()};
+        recipe.tileExtent = 32;
+        const auto before = digests(recipe);
+        EXPECT_EQ(digests(recipe), before);
+        recipe.corner = {-7, 13};
+        EXPECT_EQ(digests(recipe), before) << "texels are the same wherever the window lies";
+        if (!isTiled) {
+            writeContent(file, withAttribute(contentOf(file), "capDate", "string", "today"));
+            const auto later = ExrReader::open(file);
+            ASSERT_TRUE(later);
+            EXPECT_EQ(later->storedDigest(16, 16).value_or(""), before[1]) << "nor of any note in the header";
+        }
+        for (const int column : {0, 49}) {
+            ExrRecipe poked = recipe;
+            poke(poked, "sh08.B", column, kPoked, 2.5f);
+            const auto after = digests(poked);
+            for (std::size_t i = 0; i < after.size(); ++i) {
+                const int chunk = isTiled ? 32 : 16;
+                EXPECT_EQ(after[i] != before[i], static_cast<int>(16 * i) / chunk == kPoked / chunk) << i;
+            }
+        }
+        ExrRecipe half = recipe;
+        half.isHalf = true;
+        half.isZip = false;
+        recipe.isZip = false;
+        EXPECT_NE(digests(half).front(), digests(recipe).front());
+    }
+    writeContent(file, contentOf(file).substr(0, fs::file_size(file) - 400));
+    const auto cut = ExrReader::open(file);
+    if (cut) {
+        EXPECT_EQ(cut->storedDigest(0, kHeight).value_or("none"), "");
+    }
 }
 
 TEST_F(ReaderProcesses, ErrorsAreThoseOfThisProcess) {
