@@ -44,6 +44,7 @@
 #include <vector>
 
 #include "compress/encode.h"
+#include "compress/light_map_context.h"
 #include "formats/archive.h"
 #include "formats/chart_clusters.h"
 #include "formats/light_map.h"
@@ -242,6 +243,8 @@ struct LightMapPlan {
     std::size_t layerBytes(const LightMapTexture& texture) const;  ///< of a layer, with all mip levels
     /// The map has a texture "coverage" (formats::kCoverageRole): its filter is LightMapFilter::Decoded.
     bool hasCoverage() const { return filter == formats::LightMapFilter::Decoded; }
+    /// Returns the rows of the map above and below some rows that encodeLightMapRows() reads.
+    int contextRows() const { return hasCoverage() ? 0 : kLightMapContextRows; }
     std::size_t coverageBytes() const;  ///< of that texture, with all mip levels; 0 without
     /// Returns the plan of a learned layout that is this one without its last residual layers, or this one: the same that
     /// planLearnedLightMap() makes of it.
@@ -317,11 +320,12 @@ struct EncodedLightMapRows {
 };
 
 /// Encodes the rows [firstRow, firstRow + rowCount) of the map.
-/// strip     holds those rows and at least kLightMapContextRows (light_map_context.h) more on either side where the map has them
-///           (asserted). With fewer the result would depend on the cut
+/// strip     holds those rows and at least plan.contextRows() more on either side where the map has them (asserted). With fewer the result
+///           would depend on the cut
 /// firstRow  a multiple of plan.blockHeight(); so is rowCount, except at the map's end
 /// options   only the effort counts: metric, scale and weights are chosen here
-/// Uncovered texels that touch a covered one are chosen so that a filter shows between texels what the covered texels alone show
+/// Uncovered texels of a map with a texture "coverage" have significance 0: nothing reads them. Of others,
+/// uncovered texels that touch a covered one are chosen so that a filter shows between texels what the covered texels alone show
 /// (light_map/filter_fit.h). Those one texel further take the mean of their nearest covered neighbours. All others have significance 0. The
 /// report counts values that do not fit: negative L0 in an unsigned format, and ratios beyond the plan's range.
 EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::LightMapStrip& strip, int firstRow, int rowCount,

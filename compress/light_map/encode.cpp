@@ -46,8 +46,8 @@ EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::
                                        const EncodeOptions& options) {
     assert(strip.sh.width() == plan.width);
     assert(firstRow % plan.blockHeight() == 0 && (rowCount % plan.blockHeight() == 0 || firstRow + rowCount == plan.height));
-    assert(strip.firstRow <= std::max(0, firstRow - kLightMapContextRows));
-    assert(strip.firstRow + strip.sh.height() >= std::min(plan.height, firstRow + rowCount + kLightMapContextRows));
+    assert(strip.firstRow <= std::max(0, firstRow - plan.contextRows()));
+    assert(strip.firstRow + strip.sh.height() >= std::min(plan.height, firstRow + rowCount + plan.contextRows()));
     rows::Source source = rows::makeSource(plan, strip, firstRow, rowCount);
     // The fit assumes filters of light and of ratios. Family unreal filters logarithms, for which the mean of the neighbours is better.
     if (!plan.hasCoverage()) {

@@ -24,8 +24,7 @@ std::vector<std::vector<std::byte>> encode(Kind kind, const compress::LightMapPl
     std::vector<std::vector<std::byte>> layers;
     for (int row = 0; row < kHeight; row += stripRows) {
         const int count = std::min(stripRows, kHeight - row);
-        const formats::LightMapStrip band =
-            synthetic::makeBandWithContext(kind, kWidth, kHeight, row, count, compress::kLightMapContextRows, outside);
+        const formats::LightMapStrip band = synthetic::makeBandWithContext(kind, kWidth, kHeight, row, count, plan.contextRows(), outside);
         const compress::EncodedLightMapRows rows = compress::encodeLightMapRows(plan, band, row, count, fast());
         if (report != nullptr) report->add(rows.report);
         std::size_t next = 0;
