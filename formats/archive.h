@@ -15,6 +15,8 @@
 #include <utility>
 #include <vector>
 
+#include "formats/image.h"
+
 namespace lightcook::formats {
 
 /// A value whose bytes in memory are all of it.
@@ -71,6 +73,10 @@ private:
     template <class A, class B>
     void add(const std::pair<A, B>& pair) {
         (*this)(pair.first, pair.second);
+    }
+    template <class T>
+    void add(const Image<T>& image) {
+        (*this)(image.width(), image.height(), image.texels());
     }
     template <class T>
     void add(const std::optional<T>& value) {
@@ -146,9 +152,24 @@ private:
         values.clear();
         for (std::size_t left = takeCount(1); left > 0; --left) {
             std::pair<Key, T> value;
-            (*this)(value.first, value.second);
+            take(value);
             values.insert(std::move(value));
         }
+    }
+    template <class A, class B>
+    void take(std::pair<A, B>& pair) {
+        (*this)(pair.first, pair.second);
+    }
+    template <class T>
+    void take(Image<T>& image) {
+        int width = 0, height = 0;
+        std::vector<T> texels;
+        (*this)(width, height, texels);
+        isWhole_ =
+            isWhole_ && width >= 0 && height >= 0 && texels.size() == static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+        if (!isWhole_) return;
+        image = Image<T>(width, height);
+        image.texels() = std::move(texels);
     }
     template <class T>
     void take(std::optional<T>& value) {

@@ -122,6 +122,11 @@ public:
     double displayKey() const;
     std::int64_t coveredTexels() const { return sum().texels; }
 
+    template <class Archive, class Self>
+    static void members(Archive& archive, Self& self) {
+        archive(self.luminanceWeights_, self.isCoverageKnown_, self.bins_);
+    }
+
 private:
     /// Luminances that lie close together: their number, and the sum of their logarithms in integer units, which no order of texels
     /// changes.

@@ -53,6 +53,11 @@ struct WholeErrors {
     VisibleFigures visibleFigures() const;
     /// Returns the RMS of the errors over that of the reference; 0 without light.
     double relRms() const;
+
+    template <class Archive, class Self>
+    static void members(Archive& archive, Self& self) {
+        archive(self.visible, self.squaredErrors, self.squaredLights);
+    }
 };
 /// Returns the errors of samples: of `a` and `b` together against those of the reference.
 /// a, b, reference  places of 3 stride values each; b may be empty, for nothing

@@ -48,13 +48,31 @@ glm::u8vec3 heatOf(float visible) {
     return heat(visible / kVisibleScale);
 }
 
-Preview::Preview(int width, int height, double key)
-    : key_(key), stride_(std::max(1, (std::max(width, height) + kLongestSide - 1) / kLongestSide)) {
-    const int across = (width + stride_ - 1) / stride_, down = (height + stride_ - 1) / stride_;
+Preview::Preview(int width, int height, double key, int firstRow, int rowCount)
+    : key_(key),
+      stride_(std::max(1, (std::max(width, height) + kLongestSide - 1) / kLongestSide)),
+      firstRow_(firstRow),
+      rowCount_(rowCount),
+      firstPixelRow_(firstRow / stride_) {
+    const int across = (width + stride_ - 1) / stride_, down = (firstRow + rowCount + stride_ - 1) / stride_ - firstPixelRow_;
     reference_ = formats::Image<glm::u8vec3>(across, down);
     cooked_ = formats::Image<glm::u8vec3>(across, down);
     worst_ = formats::Image<float>(across, down);
     anyNormal_ = formats::Image<float>(across, down, -1);
+}
+
+void Preview::merge(const Preview& rows) {
+    for (int row = 0; row < rows.worst_.height(); ++row) {
+        const int y = rows.firstPixelRow_ + row, texelRow = y * stride_;
+        const bool isShown = rows.firstRow_ <= texelRow && texelRow < rows.firstRow_ + rows.rowCount_;
+        for (int x = 0; x < worst_.width(); ++x) {
+            worst_.at(x, y) = std::max(worst_.at(x, y), rows.worst_.at(x, row));
+            if (!isShown) continue;
+            reference_.at(x, y) = rows.reference_.at(x, row);
+            cooked_.at(x, y) = rows.cooked_.at(x, row);
+            anyNormal_.at(x, y) = rows.anyNormal_.at(x, row);
+        }
+    }
 }
 
 float Preview::localError(const glm::vec3& reference, const glm::vec3& cooked) const {
@@ -68,12 +86,12 @@ float Preview::localError(const glm::vec3& reference, const glm::vec3& cooked) c
 
 void Preview::show(int x, int y, const glm::vec3& reference, const glm::vec3& cooked, float part) {
     // Threads may share a pixel. The largest of them all is the same in any order.
-    const std::atomic_ref<float> pixel(worst_.at(x / stride_, y / stride_));
+    const std::atomic_ref<float> pixel(worst_.at(x / stride_, y / stride_ - firstPixelRow_));
     for (float seen = pixel.load(); part > seen && !pixel.compare_exchange_weak(seen, part);) {
     }
     if (!shows(x, y)) return;
-    reference_.at(x / stride_, y / stride_) = toneMapped(reference, key_);
-    cooked_.at(x / stride_, y / stride_) = toneMapped(cooked, key_);
+    reference_.at(x / stride_, y / stride_ - firstPixelRow_) = toneMapped(reference, key_);
+    cooked_.at(x / stride_, y / stride_ - firstPixelRow_) = toneMapped(cooked, key_);
 }
 
 void Preview::set(int x, int y, const glm::vec3& reference, const glm::vec3& cooked) {
@@ -85,7 +103,7 @@ void Preview::set(int x, int y, const glm::vec3& reference, const glm::vec3& coo
 }
 
 void Preview::setAtAnyNormal(int x, int y, float visible) {
-    if (shows(x, y)) anyNormal_.at(x / stride_, y / stride_) = visible;
+    if (shows(x, y)) anyNormal_.at(x / stride_, y / stride_ - firstPixelRow_) = visible;
 }
 
 formats::Result<PreviewFiles> Preview::write(const std::filesystem::path& folder, const std::string& name) const {

@@ -25,11 +25,17 @@ class Preview {
 public:
     /// Shows every stride-th texel of width x height, so that the longer side has at most kLongestSide pixels.
     /// key  log-average luminance, shown as middle grey; 0 shows everything black
-    Preview(int width, int height, double key);
+    Preview(int width, int height, double key) : Preview(width, height, key, 0, height) {}
+    /// Shows the texels of rows [firstRow, firstRow + rowCount) alone.
+    Preview(int width, int height, double key, int firstRow, int rowCount);
+    Preview() = default;
+    /// Adds the rows of a part of this preview.
+    void merge(const Preview& rows);
 
     int stride() const { return stride_; }
     bool shows(int x, int y) const {
-        return x % stride_ == 0 && y % stride_ == 0 && x / stride_ < reference_.width() && y / stride_ < reference_.height();
+        const int row = y / stride_ - firstPixelRow_;
+        return x % stride_ == 0 && y % stride_ == 0 && x / stride_ < reference_.width() && 0 <= row && row < reference_.height();
     }
     /// Sets the light of a texel. Reference and cooked show it only if shows(x, y); the difference counts every texel. It is the local
     /// relative error; the scale ends at 10 %.
@@ -46,13 +52,21 @@ public:
 
     static constexpr int kLongestSide = 384;
 
+    template <class Archive, class Self>
+    static void members(Archive& archive, Self& self) {
+        archive(self.key_, self.stride_, self.firstRow_, self.rowCount_, self.firstPixelRow_, self.reference_, self.cooked_, self.worst_,
+                self.anyNormal_);
+    }
+
 private:
     float localError(const glm::vec3& reference, const glm::vec3& cooked) const;
     /// part  of the scale
     void show(int x, int y, const glm::vec3& reference, const glm::vec3& cooked, float part);
 
-    double key_;
-    int stride_;
+    double key_ = 0;
+    int stride_ = 1;
+    int firstRow_ = 0, rowCount_ = 0;  ///< of the texels
+    int firstPixelRow_ = 0;
     formats::Image<glm::u8vec3> reference_, cooked_;
     formats::Image<float> worst_;      ///< error, as a part of the scale
     formats::Image<float> anyNormal_;  ///< visible error; negative where none was set

@@ -237,13 +237,18 @@ private:
         return isDominantShown(entry, reduction) && dominantLayoutOf(entry) == kDerivedDominant;
     }
 
+    std::optional<KeptMap> keptOf(const LightMapEntry& entry) const {
+        const auto found = options_.decisions.kept.find(entry.name);
+        return found == options_.decisions.kept.end() ? std::nullopt : std::optional(found->second);
+    }
+
     /// Adds the verification of a light map and its dominant light together, where that chose their layouts, or nothing else verifies the
     /// light.
     void addWhole(const LightMapEntry& entry, const LightMapReduction& reduction) {
         const bool isDerived = isDominantDerived(entry, reduction);
         if (!scene_.output.isChosenByWhole() && !isDerived) return;
         if (reduction.constantOf || !wants(entry.name, AssetKind::LightMap, entry)) return;
-        WholeVerifyParameters parameters{{shading_, scene_.display}, {}, isDerived, wholeLimits(scene_.output)};
+        WholeVerifyParameters parameters{{shading_, scene_.display}, {}, isDerived, wholeLimits(scene_.output), keptOf(entry)};
         std::vector<std::string> dependencies = {actionId(ActionStep::Cook, entry.name)};
         if (isDominantShown(entry, reduction)) {
             parameters.fit = entry.dominantFit;
@@ -269,8 +274,7 @@ private:
         description.constantOf = reduction.constantOf;
         std::optional<SceneView> visible;
         if (scene_.output.objective == formats::Objective::Visible && hasObjective(layout)) visible = SceneView{shading_, scene_.display};
-        const auto found = options_.decisions.kept.find(entry.name);
-        const auto kept = found == options_.decisions.kept.end() ? std::nullopt : std::optional(found->second);
+        const auto kept = keptOf(entry);
         const LightMapVerifyParameters verification{shading_, options_.samples, scene_.display, limitsOfMap(entry), kept};
         Inputs verifyInputs = reduction.constantOf ? bakeInputs(entry.file, entry.description) : viewedInputs(entry);
         const PackedLightMap* packed = packedOf(entry);

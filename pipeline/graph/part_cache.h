@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "formats/archive.h"
+#include "formats/error.h"
 
 namespace lightcook::pipeline {
 
@@ -32,18 +33,17 @@ private:
     bool isForced_;
 };
 
-/// Returns a part from the cache or, where the cache does not have it, the one that make() returns, which is stored.
-/// parts   null: nothing is kept
-/// keyOf() digest of all that the part depends on; it is called only if there is a cache
+/// Returns a part from the cache or, where the cache does not have it, the one that make() returns, which is stored. Both functions return
+/// a formats::Result. parts   null: nothing is kept keyOf() digest of all that the part depends on; it is called only if there is a cache
 template <class KeyOf, class Make>
-auto cachedPart(const PartCache* parts, KeyOf&& keyOf, Make&& make) {
-    using Part = decltype(make());
+auto cachedPart(const PartCache* parts, KeyOf&& keyOf, Make&& make) -> decltype(make()) {
+    using Part = typename decltype(make())::value_type;
     if (parts == nullptr) return make();
-    const std::string key = keyOf();
-    if (const auto bytes = parts->find(key))
+    LC_TRY(key, keyOf());
+    if (const auto bytes = parts->find(*key))
         if (auto part = formats::unarchived<Part>(*bytes)) return std::move(*part);
-    Part made = make();
-    parts->store(key, formats::archived(made));
+    LC_TRY(made, make());
+    parts->store(*key, formats::archived(*made));
     return made;
 }
 

@@ -1,7 +1,7 @@
 // Charts of a light map, found row by row: connected covered texels (8 neighbours), which of them are black, and fireflies at their rims.
 //
-// Connected components by union-find on the labels of two neighbouring rows; labels that the new row does not continue are counted and
-// dropped, so memory grows with the width of the map alone. Rows must come in order.
+// Connected components by union-find on the runs of covered texels of two neighbouring rows; charts that the new row does not continue are
+// counted and dropped, so memory grows with the width of the map alone. Rows must come in order.
 #pragma once
 
 #include <cstdint>
@@ -40,12 +40,37 @@ void describe(Fields& fields, Self& facts) {
     fields.required("worst_rim_ratio", facts.worstRimRatio, "largest ratio of a bright texel at a rim to its brightest neighbour");
 }
 
+/// What the scanner needs of some rows.
+class ChartRows {
+public:
+    /// light  the largest channel of sh00 of each texel of the next row; negative where it is not covered
+    void addRow(std::vector<float> light);
+
+    template <class Archive, class Self>
+    static void members(Archive& archive, Self& self) {
+        archive(self.runs_, self.first_, self.last_, self.candidates_);
+        archive.sparse(self.histogram_);
+    }
+
+private:
+    friend class ChartScanner;
+    /// Covered texels [first, end) of a row, all of which touch.
+    struct Run {
+        int first = 0, end = 0;
+        bool isLit = false;
+    };
+    std::vector<std::vector<Run>> runs_;     ///< [row]
+    std::vector<std::vector<float>> first_;  ///< light of the first two rows, as far as there are so many
+    std::vector<std::vector<float>> last_;   ///< and of the last two
+    std::vector<RimFirefly> candidates_;     ///< bright against their neighbours: of all rows but the first and the last
+    std::vector<std::int64_t> histogram_;    ///< of light, four bins an octave; empty without rows
+};
+
 class ChartScanner {
 public:
     /// fireflyLimit  largest ratio of a texel to its brightest neighbour; 0: no test
     ChartScanner(int width, double fireflyLimit);
-    /// light  the largest channel of sh00 of each texel of the next row; negative where it is not covered
-    void addRow(std::vector<float> light);
+    void add(const ChartRows& rows);
     ChartFacts finish();
 
 private:
@@ -55,20 +80,19 @@ private:
     };
     std::size_t root(std::size_t label);
     void join(std::size_t a, std::size_t b);
-    void label(const std::vector<float>& light);
+    void label(const std::vector<ChartRows::Run>& runs);
     void close(const Chart& chart);
-    void lookForFireflies(const std::vector<float>& above, const std::vector<float>& row, const std::vector<float>& below, int y);
+    void lookAbove(const std::vector<float>& light);
     double firefliesFrom() const;
 
-    std::size_t width_;
     double limit_;
     int rows_ = 0;
     std::vector<float> above_, row_;  ///< the two rows before the one that is added
-    std::vector<int> labels_;         ///< of the row before; -1 where it is not covered
+    std::vector<ChartRows::Run> runs_;
+    std::vector<std::size_t> labels_;  ///< of the runs of the row before
     std::vector<std::size_t> parents_;
     std::vector<Chart> open_;
-    std::vector<std::int64_t> histogram_;  ///< of light, four bins an octave
-    std::int64_t covered_ = 0;
+    std::vector<std::int64_t> histogram_;
     std::vector<RimFirefly> candidates_;  ///< bright against their neighbours, maybe not against the map
     ChartFacts facts_;
 };

@@ -14,6 +14,7 @@
 #include "lighting/radiometry.h"
 #include "lighting/sphere.h"
 #include "pipeline/assets/light_map/ground_truth.h"
+#include "pipeline/assets/light_map/part_of_chunk.h"
 #include "pipeline/assets/results.h"
 #include "pipeline/graph/parallel_for.h"
 #include "pipeline/lint/gamma.h"
@@ -119,14 +120,19 @@ ShRgb decodedGamma(const ShRgb& sh) {
     return decoded;
 }
 
-/// Facts of some rows, and what the scanner of charts needs of them.
+/// What lint finds in some rows.
 struct Part {
-    LightMapFacts facts;
+    LightMapCounts counts;
     double radianceSum = 0;
-    std::int64_t lit = 0;                   ///< texels whose white surface has a positive luminance
-    double logSum = 0;                      ///< of the logarithms of these
-    std::vector<std::vector<float>> light;  ///< by row: the largest channel of sh00; negative where it is not covered
+    std::int64_t lit = 0;  ///< texels whose white surface has a positive luminance
+    double logSum = 0;     ///< of the logarithms of these
+    ChartRows charts;
     std::vector<verify::LightMapTruthPlace> traced;
+
+    template <class Archive, class Self>
+    static void members(Archive& archive, Self& self) {
+        archive(self.counts, self.radianceSum, self.lit, self.logSum, self.charts, self.traced);
+    }
 };
 
 class PartCounter {
@@ -144,15 +150,16 @@ public:
 
     Part count(const formats::LightMapStrip& strip, bool hasNormals) const {
         Part part;
-        part.facts.coverage = strip.coverage;
+        part.counts.coverage = strip.coverage;
         for (int y = 0; y < strip.sh.height(); ++y) {
-            std::vector<float>& light = part.light.emplace_back(static_cast<std::size_t>(strip.sh.width()), -1.0f);
+            std::vector<float> light(static_cast<std::size_t>(strip.sh.width()), -1.0f);  // negative where it is not covered
             for (int x = 0; x < strip.sh.width(); ++x) {
                 if (strip.covered.at(x, y) == 0) continue;
                 const ShRgb& sh = strip.sh.at(x, y);
                 light[static_cast<std::size_t>(x)] = std::max({sh[0].x, sh[0].y, sh[0].z, 0.0f});
                 add(sh, glm::dvec3(strip.normal.at(x, y)), hasNormals, hasNormals && isFlat(strip, x, y) ? 0 : kSmooth, part);
             }
+            part.charts.addRow(std::move(light));
         }
         return part;
     }
@@ -160,7 +167,7 @@ public:
 private:
     /// below  s of light_map_facts.h
     void add(const ShRgb& sh, const glm::dvec3& normal, bool hasNormals, double below, Part& part) const {
-        LightMapFacts& facts = part.facts;
+        LightMapCounts& facts = part.counts;
         ++facts.covered;
         facts.black += sh == ShRgb{} ? 1 : 0;
         const auto exit = lighting::lambertExitRadiance(sh, glm::vec3(normal), glm::vec3(1));
@@ -182,7 +189,7 @@ private:
     }
 
     /// far  of light from behind: its cosine to the normal times its length is below -far
-    void addDirection(const glm::dvec3& light, double far, const glm::dvec3& normal, LightMapFacts& facts) const {
+    void addDirection(const glm::dvec3& light, double far, const glm::dvec3& normal, LightMapCounts& facts) const {
         for (int choice = 0; choice < formats::BakeAxes::kChoices; ++choice) {
             const double cosine = glm::dot(normal, formats::BakeAxes::choice(choice)(light));
             facts.behind[static_cast<std::size_t>(choice)] += cosine < -far ? 1 : 0;
@@ -208,21 +215,21 @@ private:
     std::array<double, 2> otherQuantity_{};  ///< factors of bands 1 and 2 over that of band 0
 };
 
-void merge(LightMapFacts& whole, const LightMapFacts& part) {
-    whole.coverage += part.coverage;
-    whole.covered += part.covered;
-    whole.black += part.black;
-    whole.tooDirected += part.tooDirected;
-    whole.directional += part.directional;
-    for (std::size_t i = 0; i < whole.behind.size(); ++i) whole.behind[i] += part.behind[i];
-    whole.behindInOtherFrame += part.behindInOtherFrame;
-    whole.bands.texels += part.bands.texels;
-    whole.bands.asDescribed += part.bands.asDescribed;
-    whole.bands.otherQuantity += part.bands.otherQuantity;
-    whole.bands.decoded += part.bands.decoded;
-}
-
 }  // namespace
+
+void LightMapCounts::merge(const LightMapCounts& other) {
+    coverage += other.coverage;
+    covered += other.covered;
+    black += other.black;
+    tooDirected += other.tooDirected;
+    directional += other.directional;
+    for (std::size_t i = 0; i < behind.size(); ++i) behind[i] += other.behind[i];
+    behindInOtherFrame += other.behindInOtherFrame;
+    bands.texels += other.bands.texels;
+    bands.asDescribed += other.bands.asDescribed;
+    bands.otherQuantity += other.bands.otherQuantity;
+    bands.decoded += other.bands.decoded;
+}
 
 Result<ActionOutcome> lintLightMap(const ActionContext& context) {
     LC_TRY(parameters, parametersOf<LightMapLintParameters>(context));
@@ -244,21 +251,23 @@ Result<ActionOutcome> lintLightMap(const ActionContext& context) {
     double radianceSum = 0, logSum = 0;
     std::int64_t lit = 0;
     std::vector<verify::LightMapTruthPlace> traced;
+    const std::string what = digestOf("lint", toJson(*parameters).dump(), source.luminanceWeights(), truth->digest());
     const auto merged = foldInOrder<Part>(
         source.chunkCount(), context, "lint " + context.action.asset,
-        [&](int index) -> Result<Part> {
-            LC_TRY(chunk, source.chunk(index));
-            Part part = counter.count(**chunk, facts.hasNormals);
-            LC_TRY(values, truth->within(**chunk, (*chunk)->firstRow, (*chunk)->sh.height()));
-            part.traced = lightMapPlaces(*values, **chunk, (*chunk)->sh, (*chunk)->firstRow);
-            return part;
+        [&](int index) {
+            return partOfChunk(source, index, context, what, [&](const formats::LightMapStrip& chunk) -> Result<Part> {
+                Part part = counter.count(chunk, facts.hasNormals);
+                LC_TRY(values, truth->within(chunk, chunk.firstRow, chunk.sh.height()));
+                part.traced = lightMapPlaces(*values, chunk, chunk.sh, chunk.firstRow);
+                return part;
+            });
         },
-        [&](Part&& part) {
-            merge(facts, part.facts);
+        [&](const Part& part) {
+            facts.merge(part.counts);
             radianceSum += part.radianceSum;
             logSum += part.logSum;
             lit += part.lit;
-            for (std::vector<float>& row : part.light) scanner.addRow(std::move(row));
+            scanner.add(part.charts);
             traced.insert(traced.end(), part.traced.begin(), part.traced.end());
         });
     if (!merged) return tl::make_unexpected(merged.error());

@@ -38,22 +38,28 @@ void describe(Fields& fields, Self& facts) {
     fields.required("decoded", facts.decoded, "the same, after a gamma curve of 2.2 is undone");
 }
 
-struct LightMapFacts {
-    int width = 0, height = 0;
-    bool hasCoverage = false, hasNormals = false;
-    bool hasMeshNormals = false;  ///< they are the mesh's, and not in the axes of the file
-    BakeReading reading;
-    std::optional<formats::StatedPrimaries> primaries;
+/// Numbers of texels of a map, or of some of its rows.
+struct LightMapCounts {
     formats::LightMapCoverage coverage;
     std::int64_t covered = 0;
     std::int64_t black = 0;        ///< covered texels without any light
-    double key = 0;                ///< log-average luminance of the exit radiance of a white surface, where lit
-    double meanRadiance = 0;       ///< mean luminance of the incident radiance over the hemisphere, where there is light
     std::int64_t tooDirected = 0;  ///< texels whose band 1 is longer than that of any light of their sh00 in the formula of the baker
     std::int64_t directional = 0;  ///< texels whose band 1 is not too short to have a direction
     std::array<std::int64_t, formats::BakeAxes::kChoices> behind{};  ///< of these, those that are lit from behind under each choice of axes
     std::int64_t behindInOtherFrame = 0;                             ///< the same with coefficients of the other frame
     BandFacts bands;
+
+    void merge(const LightMapCounts& other);
+};
+
+struct LightMapFacts : LightMapCounts {
+    int width = 0, height = 0;
+    bool hasCoverage = false, hasNormals = false;
+    bool hasMeshNormals = false;  ///< they are the mesh's, and not in the axes of the file
+    BakeReading reading;
+    std::optional<formats::StatedPrimaries> primaries;
+    double key = 0;           ///< log-average luminance of the exit radiance of a white surface, where lit
+    double meanRadiance = 0;  ///< mean luminance of the incident radiance over the hemisphere, where there is light
     ChartFacts charts;
     std::optional<double> tracedRatio;  ///< of the light of `ground_truth` to that of the map
     bool isTracedSpecular = false;      ///< it is of specular light

@@ -47,10 +47,11 @@ double brightestBeside(const formats::LightMapStrip& around, const glm::ivec2& t
 
 Result<void> VisibleBlocks::addRims(LightMapSource& bake, const CookedLightMapReader& cooked, const CookedStrip& strip,
                                     const verify::Viewing& viewing, double key) {
-    constexpr double kDark = 0.1;  // of the key: light that counts as dark
+    if (cooked.hasCoverage()) return {};  // covered texels alone are mixed
+    constexpr double kDark = 0.1;         // of the key: light that counts as dark
     const auto places = cooked.verifier().rimPlaces({strip.texels, strip.reference}, strip.firstRow, strip.rowCount);
     if (places.empty()) return {};
-    const int first = std::max(0, strip.firstRow - 2), end = std::min(bake.height(), strip.firstRow + strip.rowCount + 3);
+    const int first = std::max(0, strip.firstRow - kRowsAbove), end = std::min(bake.height(), strip.firstRow + strip.rowCount + kRowsBelow);
     LC_TRY(around, bake.rows(first, end - first));
     LitRow lit(static_cast<int>(places.size()), viewing);
     for (std::size_t i = 0; i < places.size(); ++i) {
@@ -99,7 +100,7 @@ void WorstBlock::merge(const WorstBlock& other) {
 }
 
 Result<void> checkBlocks(CheckedLightMap& map) {
-    map.texels.block.check("", map.parameters.limits, map.total(), map.violations());
+    map.texels.shown.block.check("", map.parameters.limits, map.total(), map.violations());
     return {};
 }
 

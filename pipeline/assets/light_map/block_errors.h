@@ -38,12 +38,14 @@ struct RimGlare {
 class VisibleBlocks {
 public:
     static constexpr int kSize = 4;
+    /// Rows of the bake above and below the rows of a strip that addRims() reads.
+    static constexpr int kRowsAbove = 2, kRowsBelow = 3;
 
     /// Takes the texels of rows [firstRow, firstRow + rowCount) of a map of this width [texels], which begin with a row of blocks.
     VisibleBlocks(int width, int rowCount, int firstRow) : texels_(width, rowCount, -1), firstRow_(firstRow) {}
     /// Adds an error of a covered texel.
     void add(int x, int y, float visible);
-    /// Adds the rims of charts.
+    /// Adds the rims of charts, where texels outside them may be seen.
     /// key  of the map
     formats::Result<void> addRims(LightMapSource& bake, const CookedLightMapReader& cooked, const CookedStrip& strip,
                                   const verify::Viewing& viewing, double key);

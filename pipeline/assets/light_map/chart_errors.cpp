@@ -116,7 +116,7 @@ ChartSummary ChartErrors::summary(const MapCharts& charts, std::uint64_t bytes, 
 
 formats::Result<void> checkCharts(CheckedLightMap& map) {
     const std::int64_t mapTexels = std::int64_t{map.bake.width()} * map.bake.height();
-    map.result.charts = map.texels.charts.summary(*map.charts, map.asset.totalBytesGpu(), mapTexels);
+    map.result.charts = map.texels.shown.charts.summary(*map.charts, map.asset.totalBytesGpu(), mapTexels);
     return {};
 }
 

@@ -59,6 +59,11 @@ public:
     /// mapTexels  its width times height
     ChartSummary summary(const MapCharts& charts, std::uint64_t bytes, std::int64_t mapTexels) const;
 
+    template <class Archive, class Self>
+    static void members(Archive& archive, Self& self) {
+        archive(self.errors_);
+    }
+
 private:
     std::map<std::size_t, verify::VisibleAccumulator> errors_;  ///< [group], those that occur
 };

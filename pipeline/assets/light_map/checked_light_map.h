@@ -21,23 +21,38 @@
 
 namespace lightcook::pipeline {
 
-/// Errors and light of the texels of some strips.
-struct TexelErrors {
-    verify::LightMapErrors errors;
+/// What the texels of some strips show.
+struct ShownTexels {
     WorstBlock block = {};
     std::vector<verify::LightMapTruthPlace> truthPlaces = {};
     LightMoments light = {};
     WorstTexels worst = {};
     ChartErrors charts = {};
     std::optional<glm::ivec2> otherCoverage = {};  ///< first texel at which texture "coverage" is not that of the bake
-    void merge(const TexelErrors& other) {
-        errors.merge(other.errors);
+    Preview preview = {};
+    void merge(const ShownTexels& other) {
         block.merge(other.block);
         light.merge(other.light);
         worst.merge(other.worst);
         charts.merge(other.charts);
         if (!otherCoverage) otherCoverage = other.otherCoverage;
         truthPlaces.insert(truthPlaces.end(), other.truthPlaces.begin(), other.truthPlaces.end());
+        preview.merge(other.preview);
+    }
+
+    template <class Archive, class Self>
+    static void members(Archive& archive, Self& self) {
+        archive(self.block, self.truthPlaces, self.light, self.worst, self.charts, self.otherCoverage, self.preview);
+    }
+};
+
+/// Errors and light of the texels of some strips.
+struct TexelErrors {
+    verify::LightMapErrors errors;
+    ShownTexels shown = {};
+    void merge(const TexelErrors& other) {
+        errors.merge(other.errors);
+        shown.merge(other.shown);
     }
 };
 
@@ -64,9 +79,8 @@ struct CheckedLightMap {
     bool hasMesh;                                    ///< that can be read: the mesh's own actions refuse others
     std::vector<verify::SurfaceTriangle> triangles;  ///< of the mesh
     std::optional<MapCharts> charts;                 ///< of the mesh
-    Preview preview;
-    TexelErrors texels;        ///< of checkTexels()
-    VerifyResult result = {};  ///< its stages come first
+    TexelErrors texels;                              ///< of checkTexels()
+    VerifyResult result = {};                        ///< its stages come first
     std::vector<RenderedView> seamViews = {};
     std::vector<WorstPlacePicture> worstPlaces = {};
 

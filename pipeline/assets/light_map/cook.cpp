@@ -102,9 +102,9 @@ Result<compress::EncodeReport> encodeStrips(LightMapSource& source, const compre
     using Report = compress::EncodeReport;
     const StripEncoder encoder(plan, options, context);
     const auto encodeStrip = [&](int index) -> Result<Report> {
-        LC_TRY(strip, source.stripWithMargin(index, compress::kLightMapContextRows, compress::kLightMapContextRows));
+        LC_TRY(strip, encoder.encode(source, index));
         const int firstRow = source.stripFirstRow(index);
-        const auto rows = encoder.encode(*strip, firstRow, source.stripRows(index));
+        const compress::EncodedLightMapRows& rows = strip->rows;
         for (std::size_t texture = 0; texture < plan.textures.size(); ++texture) {
             const auto& [name, format, layerCount, side] = plan.textures[texture];
             const int firstBlockRow = firstRow / (side * formats::info(format).blockHeight);
@@ -113,9 +113,7 @@ Result<compress::EncodeReport> encodeStrips(LightMapSource& source, const compre
                 LC_CHECK(textures.writer(texture).writeBlockRows({mip, static_cast<int>(layer), 0}, firstBlockRow, layers[layer]));
         }
         if (plan.hasCoverage())
-            LC_CHECK(textures.writer(plan.textures.size())
-                         .writeBlockRows({mip, 0, 0}, firstRow / formats::kCoverageRows,
-                                         compress::coverageTexels(*strip, firstRow, source.stripRows(index))));
+            LC_CHECK(textures.writer(plan.textures.size()).writeBlockRows({mip, 0, 0}, firstRow / formats::kCoverageRows, strip->coverage));
         return rows.report;
     };
     Report total;

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "formats/chart_clusters.h"
+#include "formats/digest.h"
 #include "formats/light_map_layout.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/light_map/source.h"
@@ -138,14 +139,21 @@ Result<CookedLightMapReader> CookedLightMapReader::openMap(const std::filesystem
                                 map.width, map.height, mip);
 }
 
+Result<std::vector<std::byte>> CookedLightMapReader::readCoverageTexels(int firstRow, int rowCount) const {
+    const int first = firstRow / formats::kCoverageRows, end = (firstRow + rowCount + formats::kCoverageRows - 1) / formats::kCoverageRows;
+    std::vector<std::byte> bytes(formats::bytesPerBlockRow(formats::PixelFormat::Rgba8Unorm, formats::coverageSize(width_, height_).x) *
+                                 static_cast<std::size_t>(end - first));
+    LC_CHECK(coverage_->readBlockRows({mip_, 0, 0}, first, bytes));
+    return bytes;
+}
+
 /// Reads the bits of texture "coverage", as the shader does.
 Result<formats::Image<std::uint8_t>> CookedLightMapReader::readCoverage(int firstRow, int rowCount) const {
-    const int across = formats::coverageSize(width_, height_).x, firstTexelRow = firstRow / formats::kCoverageRows,
-              texelRows = (firstRow + rowCount + formats::kCoverageRows - 1) / formats::kCoverageRows - firstTexelRow;
-    std::vector<std::byte> bytes(formats::bytesPerBlockRow(formats::PixelFormat::Rgba8Unorm, across) * static_cast<std::size_t>(texelRows));
-    LC_CHECK(coverage_->readBlockRows({mip_, 0, 0}, firstTexelRow, bytes));
-    formats::Image<glm::vec4> texels(across, texelRows);
-    verify::decodeRows(formats::PixelFormat::Rgba8Unorm, bytes, texels.view());
+    LC_TRY(bytes, readCoverageTexels(firstRow, rowCount));
+    const int across = formats::coverageSize(width_, height_).x, firstTexelRow = firstRow / formats::kCoverageRows;
+    formats::Image<glm::vec4> texels(
+        across, static_cast<int>(bytes->size()) / (formats::info(formats::PixelFormat::Rgba8Unorm).bytesPerBlock * across));
+    verify::decodeRows(formats::PixelFormat::Rgba8Unorm, *bytes, texels.view());
     formats::Image<std::uint8_t> covered(width_, rowCount);
     for (int y = 0; y < rowCount; ++y)
         for (int x = 0; x < width_; ++x) {
@@ -156,39 +164,66 @@ Result<formats::Image<std::uint8_t>> CookedLightMapReader::readCoverage(int firs
     return covered;
 }
 
+Result<CookedLightMapReader::BlockRows> CookedLightMapReader::readBlocks(std::size_t index, int firstRow, int rowCount) const {
+    const formats::TextureReader& texture = textures_[index];
+    const int side = verifier_.textures()[index].side, firstTexelRow = firstRow / side;
+    const glm::ivec2 size = formats::textureSize(width_, height_, side);
+    const formats::PixelFormat format = texture.shape().format;
+    const int blockHeight = formats::info(format).blockHeight;
+    const int blockRows = formats::blocksDown(format, (firstRow + rowCount + side - 1) / side - firstTexelRow);
+    BlockRows rows{{size.x, std::min(blockRows * blockHeight, size.y - firstTexelRow)}, {}};
+    for (int layer = 0; layer < texture.shape().layerCount; ++layer) {
+        auto& blocks = rows.layers.emplace_back(formats::bytesPerBlockRow(format, size.x) * static_cast<std::size_t>(blockRows));
+        LC_CHECK(texture.readBlockRows({mip_, layer, 0}, firstTexelRow / blockHeight, blocks));
+    }
+    return rows;
+}
+
 Result<verify::DecodedLightMapRows> CookedLightMapReader::read(int firstRow, int rowCount) const {
     verify::DecodedLightMapRows rows;
     rows.firstRow = firstRow;
-    // Textures of squares of the map have their rows too.
-    const int last = std::min(firstRow + rowCount, height_);
+    rowCount = std::min(rowCount, height_ - firstRow);
     for (std::size_t i = 0; i < textures_.size(); ++i) {
-        const formats::TextureReader& texture = textures_[i];
-        const int side = verifier_.textures()[i].side;
-        const glm::ivec2 size = formats::textureSize(width_, height_, side);
-        const formats::PixelFormat format = texture.shape().format;
-        const int blockHeight = formats::info(format).blockHeight, firstTexelRow = firstRow / side;
-        const int blockRows = formats::blocksDown(format, (last + side - 1) / side - firstTexelRow);
-        const int texelRows = std::min(blockRows * blockHeight, size.y - firstTexelRow);
-        std::vector<std::byte> blocks(formats::bytesPerBlockRow(format, size.x) * static_cast<std::size_t>(blockRows));
+        const formats::PixelFormat format = textures_[i].shape().format;
+        LC_TRY(stored, readBlocks(i, firstRow, rowCount));
         std::vector<formats::Image<glm::vec4>> layers, spans;
-        for (int layer = 0; layer < texture.shape().layerCount; ++layer) {
-            LC_CHECK(texture.readBlockRows({mip_, layer, 0}, firstTexelRow / blockHeight, blocks));
-            layers.emplace_back(size.x, texelRows);
+        for (const std::vector<std::byte>& blocks : stored->layers) {
+            layers.emplace_back(stored->size.x, stored->size.y);
             verify::decodeRows(format, blocks, layers.back().view());
-            spans.push_back(verify::blockSpans(format, blocks, size.x));
+            spans.push_back(verify::blockSpans(format, blocks, stored->size.x));
         }
         rows.textures.push_back(std::move(layers));
         rows.spans.push_back(std::move(spans));
     }
     if (coverage_) {
-        LC_TRY(covered, readCoverage(firstRow, last - firstRow));
+        LC_TRY(covered, readCoverage(firstRow, rowCount));
         rows.covered = std::move(*covered);
     }
     if (detail_) {
-        LC_TRY(detail, detail_->read(firstRow, last - firstRow));
+        LC_TRY(detail, detail_->read(firstRow, rowCount));
         rows.detail = std::move(*detail);
     }
     return rows;
+}
+
+Result<std::string> CookedLightMapReader::digestOfRows(int firstRow, int rowCount) const {
+    formats::Digest digest;
+    rowCount = std::min(rowCount, height_ - firstRow);
+    for (std::size_t i = 0; i < textures_.size(); ++i) {
+        LC_TRY(stored, readBlocks(i, firstRow, rowCount));
+        for (const std::vector<std::byte>& blocks : stored->layers) digest.add(std::span(blocks));
+    }
+    if (coverage_) {
+        LC_TRY(texels, readCoverageTexels(firstRow, rowCount));
+        digest.add(std::span(*texels));
+    }
+    if (detail_) {
+        LC_TRY(detail, detail_->read(firstRow, rowCount));
+        digest.add(std::span(detail->has.texels()));
+        for (const auto& layers : detail->textures)
+            for (const auto& layer : layers) digest.add(std::span(layer.texels()));
+    }
+    return digestOf(firstRow, rowCount, digest.text());
 }
 
 Result<CookedStrip> readStrip(LightMapSource& bake, const CookedLightMapReader& cooked, int index) {

@@ -42,10 +42,14 @@ public:
     const verify::LightMapVerifier& verifier() const { return verifier_; }
     /// Returns a digest of all that the verifier was created with.
     const std::string& verifierDigest() const { return verifierDigest_; }
+    /// The map has a texture "coverage": its filter is LightMapFilter::Decoded.
+    bool hasCoverage() const { return coverage_.has_value(); }
     int width() const { return width_; }
     int height() const { return height_; }
     /// Decodes texels from firstRow (a multiple of kRowAlignment) on: at least rowCount rows, as far as the map has them.
     formats::Result<verify::DecodedLightMapRows> read(int firstRow, int rowCount) const;
+    /// Returns a digest of all that read() decodes.
+    formats::Result<std::string> digestOfRows(int firstRow, int rowCount) const;
 
 private:
     CookedLightMapReader(verify::LightMapVerifier verifier, std::string verifierDigest, std::vector<formats::TextureReader> textures,
@@ -58,6 +62,13 @@ private:
           width_(width),
           height_(height),
           mip_(mip) {}
+    /// The blocks of some rows of a texture.
+    struct BlockRows {
+        glm::ivec2 size{0};                          ///< of their texels
+        std::vector<std::vector<std::byte>> layers;  ///< whole rows of blocks
+    };
+    formats::Result<BlockRows> readBlocks(std::size_t texture, int firstRow, int rowCount) const;
+    formats::Result<std::vector<std::byte>> readCoverageTexels(int firstRow, int rowCount) const;
     formats::Result<formats::Image<std::uint8_t>> readCoverage(int firstRow, int rowCount) const;
     /// map  without formats
     static formats::Result<CookedLightMapReader> openMap(const std::filesystem::path& folder, const CookedAsset& asset, int mip,

@@ -55,10 +55,11 @@ formats::Result<PlannedRows> planRows(LightMapSource& source, const compress::Li
 
 formats::Result<PlannedRows> planStrip(LightMapSource& source, const StripEncoder& encoder, int index) {
     const compress::LightMapPlan& plan = encoder.plan();
-    const int firstRow = source.stripFirstRow(index), rowCount = source.stripRows(index), endRow = firstRow + rowCount,
+    const int firstRow = source.stripFirstRow(index), endRow = firstRow + source.stripRows(index),
               below = std::min(plan.height, endRow + plan.blockHeight());
     LC_TRY(texels, rowsWithContext(source, firstRow, endRow));
-    auto rows = encoder.encode(*texels, firstRow, rowCount);
+    LC_TRY(strip, encoder.encode(source, index));
+    compress::EncodedLightMapRows& rows = strip->rows;
     if (endRow < below) {
         LC_TRY(next, rowsWithContext(source, endRow, below));
         const auto more = compress::encodeLightMapRows(plan, *next, endRow, below - endRow, encoder.options());

@@ -101,26 +101,24 @@ void copyTile(formats::PixelFormat format, const std::vector<std::byte>& rows, i
         std::copy_n(rows.data() + from, std::min(shape.rowBytes(), rowBytes - column), to);
 }
 
-/// Encodes the tiles of a strip of the map.
-Result<std::pair<TileBlocks, compress::EncodeReport>> encodeTiles(LightMapSource& source, const DetailPlan& detail,
-                                                                  const StripEncoder& encoder, int index) {
-    const compress::LightMapPlan& plan = detail.plan;
-    const int firstRow = source.stripFirstRow(index), rowCount = source.stripRows(index);
+using EncodedTiles = std::pair<TileBlocks, compress::EncodeReport>;
+
+/// Encodes some tiles of the map.
+/// strip     rows [firstRow, firstRow + rowCount), which hold the tiles, and those around them that the encoder reads
+EncodedTiles encodeTiles(const compress::LightMapPlan& plan, const compress::EncodeOptions& options, std::span<const std::uint32_t> tiles,
+                         formats::LightMapStrip strip, int firstRow, int rowCount) {
     const int across = formats::coverageSize(plan.width, plan.height).x;
-    const auto tiles = tilesOfRows(detail.tiles, across, firstRow, rowCount);
     TileBlocks blocks = roomFor(plan, tiles.size());
-    if (tiles.empty()) return std::pair(std::move(blocks), compress::EncodeReport());
-    LC_TRY(strip, source.stripWithMargin(index, compress::kLightMapContextRows, compress::kLightMapContextRows));
     // Other texels are not stored. Each texel is encoded alone, so that they are no matter.
-    formats::Image<std::uint8_t> covered(strip->covered.width(), strip->covered.height());
+    formats::Image<std::uint8_t> covered(strip.covered.width(), strip.covered.height());
     for (const std::uint32_t tile : tiles) {
         const glm::ivec2 place = placeOf(tile, across);
         for (int y = place.y; y < std::min(place.y + kCoverageRows, firstRow + rowCount); ++y)
             for (int x = place.x; x < std::min(place.x + kCoverageColumns, plan.width); ++x)
-                covered.at(x, y - strip->firstRow) = strip->covered.at(x, y - strip->firstRow);
+                covered.at(x, y - strip.firstRow) = strip.covered.at(x, y - strip.firstRow);
     }
-    strip->covered = std::move(covered);
-    const auto rows = encoder.encode(*strip, firstRow, rowCount);
+    strip.covered = std::move(covered);
+    const auto rows = compress::encodeLightMapRows(plan, strip, firstRow, rowCount, options);
     for (std::size_t detailTexture = 0; detailTexture < blocks.size(); ++detailTexture) {
         const formats::DetailTextureInfo& info = formats::kDetailTextures[detailTexture];
         std::size_t to = 0;
@@ -285,18 +283,24 @@ Result<compress::EncodeReport> writeDetail(LightMapSource& source, const DetailP
         LC_TRY(created, textures.create({role, fmt::format("{}_{}", context.action.asset, role), shape, metadata, "nearest"}));
         if (!firstTexture) firstTexture = *created;
     }
-    using Encoded = std::pair<TileBlocks, compress::EncodeReport>;
     TileWriter writer(detail, *firstTexture, textures);
     const StripEncoder encoder(detail.plan, settings.encodeOptions(), context);
     compress::EncodeReport report;
     Result<void> written;
-    LC_CHECK(foldInOrder<Encoded>(
-        source.stripCount(), context, "encode detail of " + context.action.asset,
-        [&](int index) { return encodeTiles(source, detail, encoder, index); },
-        [&](const Encoded& strip) {
-            if (written) written = writer.add(strip.first);
-            report.add(strip.second);
-        }));
+    const auto encodeStrip = [&](int index) -> Result<EncodedTiles> {
+        const int firstRow = source.stripFirstRow(index), rowCount = source.stripRows(index);
+        const auto tiles = tilesOfRows(detail.tiles, formats::coverageSize(detail.plan.width, 1).x, firstRow, rowCount);
+        if (tiles.empty()) return EncodedTiles(roomFor(detail.plan, 0), {});
+        return encoder.partOf(source, index, digestOf(std::vector(tiles.begin(), tiles.end())),
+                              [&](formats::LightMapStrip strip) -> Result<EncodedTiles> {
+                                  return encodeTiles(detail.plan, encoder.options(), tiles, std::move(strip), firstRow, rowCount);
+                              });
+    };
+    LC_CHECK(foldInOrder<EncodedTiles>(source.stripCount(), context, "encode detail of " + context.action.asset, encodeStrip,
+                                       [&](const EncodedTiles& strip) {
+                                           if (written) written = writer.add(strip.first);
+                                           report.add(strip.second);
+                                       }));
     if (!written) return tl::make_unexpected(written.error());
     LC_CHECK(writer.finish());
     return report;

@@ -149,13 +149,13 @@ Json toJson(const verify::DominantTruth& truth) {
 
 Result<void> checkGroundTruth(CheckedLightMap& map) {
     const lighting::NormalDistribution lobe = map.parameters.shading.lobe;
-    Json truth = toJson(verify::lightMapTruth(map.texels.truthPlaces, lobe, map.viewing));
+    Json truth = toJson(verify::lightMapTruth(map.texels.shown.truthPlaces, lobe, map.viewing));
     if (map.asset.dominant == kDerivedDominant) {
         verify::CookedDominant light;
         light.fit = verify::DominantFit::Explained;
         const verify::DominantVerifier verifier(light, {}, map.bake.luminanceWeights(), 0);
         const std::vector<verify::DominantTruthPlace> places = dominantPlaces(
-            map.texels.truthPlaces, verifier, false,
+            map.texels.shown.truthPlaces, verifier, false,
             [](const verify::LightMapTruthPlace& place) { return verify::derivedLight(place.cooked, glm::vec3(place.normal)); });
         if (!places.empty()) {
             const Json specular = toJson(verify::dominantTruth(places, lobe, map.viewing));

@@ -8,6 +8,7 @@
 #include "formats/light_map.h"
 #include "formats/shading_values.h"
 #include "pipeline/assets/light_map/source.h"
+#include "pipeline/assets/light_map/strip_digest.h"
 #include "pipeline/graph/action.h"
 #include "verify/dominant.h"
 #include "verify/ground_truth.h"
@@ -23,6 +24,8 @@ public:
     /// colors  of the light map: the values share its source colour space
     static formats::Result<GroundTruth> open(const ActionContext& context, const LightMapSource& bake, const formats::ColorSpaces& colors);
     bool isEmpty() const { return values_.empty(); }
+    /// Returns a digest of the values.
+    std::string digest() const { return digestOf(values_); }
 
     /// Returns the values in rows [firstRow, firstRow + rowCount), which the strip must hold; refuses one outside every chart, and a
     /// view from below the surface.

@@ -29,4 +29,11 @@ void describe(Fields& fields, Self& kept) {
     fields.required("display_key", kept.displayKey, between(0, HUGE_VAL), "that which the display is exposed for");
 }
 
+/// Describes the parameter of a verification.
+template <class Fields, class Kept>
+void describeKeptKeys(Fields& fields, Kept& kept) {
+    fields.optional("kept", kept,
+                    "after `cook --patch`: keys of an earlier bake, to which errors are relative; those of the bake differ by 1 % at most");
+}
+
 }  // namespace lightcook::pipeline

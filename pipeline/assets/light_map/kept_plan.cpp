@@ -1,6 +1,6 @@
 #include "pipeline/assets/light_map/kept_plan.h"
 
-#include "pipeline/assets/light_map/strip_digest.h"
+#include <fmt/format.h>
 
 namespace lightcook::pipeline {
 
@@ -15,13 +15,24 @@ std::optional<EncodingPlan> EncodingPlan::find(const PartCache& parts, const std
     return plan && plan->digest() == digest ? std::move(plan) : std::nullopt;
 }
 
+formats::Result<KeptMap> keysOf(const std::string& asset, const std::optional<KeptMap>& kept, const verify::LightMapKey& ofBake) {
+    const KeptMap found{{}, ofBake.key(), ofBake.displayKey()};
+    if (!kept) return found;
+    if (kept->serves(found.key, found.displayKey)) return *kept;
+    return formats::failure(formats::ErrorCode::Verification, asset,
+                            fmt::format("found kept keys of {:.4g} and {:.4g}, expected those of the bake within 1 %, {:.4g} and {:.4g}",
+                                        kept->key, kept->displayKey, found.key, found.displayKey));
+}
+
 StripEncoder::StripEncoder(const compress::LightMapPlan& plan, const compress::EncodeOptions& options, const ActionContext& context)
     : plan_(plan), options_(options), parts_(context.parts), digest_(digestOf(plan, options)) {}
 
-compress::EncodedLightMapRows StripEncoder::encode(const formats::LightMapStrip& strip, int firstRow, int rowCount) const {
-    return cachedPart(
-        parts_, [&] { return digestOf(digest_, firstRow, rowCount, digestOfStrip(strip)); },
-        [&] { return compress::encodeLightMapRows(plan_, strip, firstRow, rowCount, options_); });
+formats::Result<EncodedStrip> StripEncoder::encode(LightMapSource& source, int index) const {
+    const int firstRow = source.stripFirstRow(index), rowCount = source.stripRows(index);
+    return partOf(source, index, "strip", [&](const formats::LightMapStrip& strip) -> formats::Result<EncodedStrip> {
+        return EncodedStrip{compress::encodeLightMapRows(plan_, strip, firstRow, rowCount, options_),
+                            plan_.hasCoverage() ? compress::coverageTexels(strip, firstRow, rowCount) : std::vector<std::byte>()};
+    });
 }
 
 }  // namespace lightcook::pipeline

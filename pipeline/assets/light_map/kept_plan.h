@@ -1,12 +1,16 @@
 // Plans of light maps in the cache, where `cook --patch` finds those of the last cook.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
 
 #include "compress/light_map.h"
 #include "pipeline/assets/light_map/detail.h"
+#include "pipeline/assets/light_map/kept_map.h"
+#include "pipeline/assets/light_map/source.h"
+#include "pipeline/assets/light_map/strip_digest.h"
 #include "pipeline/graph/part_cache.h"
 
 namespace lightcook::pipeline {
@@ -29,14 +33,47 @@ struct EncodingPlan {
     }
 };
 
+/// Returns the keys that the errors of a map are relative to: those of the bake, or kept ones that are close to them. Fails for others.
+formats::Result<KeptMap> keysOf(const std::string& asset, const std::optional<KeptMap>& kept, const verify::LightMapKey& ofBake);
+
+/// Blocks of a strip, and its texels of texture "coverage" where the map has it.
+struct EncodedStrip {
+    compress::EncodedLightMapRows rows;
+    std::vector<std::byte> coverage;
+
+    template <class Archive, class Self>
+    static void members(Archive& archive, Self& self) {
+        archive(self.rows, self.coverage);
+    }
+};
+
 /// Encodes strips with a plan. Strips that an earlier cook has encoded, or an earlier pass of this one, come from the cache.
 class StripEncoder {
 public:
     StripEncoder(const compress::LightMapPlan& plan, const compress::EncodeOptions& options, const ActionContext& context);
     const compress::LightMapPlan& plan() const { return plan_; }
     const compress::EncodeOptions& options() const { return options_; }
-    /// See compress::encodeLightMapRows().
-    compress::EncodedLightMapRows encode(const formats::LightMapStrip& strip, int firstRow, int rowCount) const;
+    /// Encodes strip `index`: see compress::encodeLightMapRows().
+    formats::Result<EncodedStrip> encode(LightMapSource& source, int index) const;
+
+    /// Returns what make(strip) encodes with the plan of strip `index` and the rows around it that the encoder reads. It returns a Result.
+    /// what  tells it apart from others of the same strip
+    template <class Make>
+    auto partOf(LightMapSource& source, int index, const std::string& what, Make make) const {
+        const int first = std::max(0, source.stripFirstRow(index) - plan_.contextRows()),
+                  end = std::min(source.height(), source.stripFirstRow(index) + source.stripRows(index) + plan_.contextRows());
+        using Made = decltype(make(formats::LightMapStrip()));
+        return cachedPart(
+            parts_,
+            [&]() -> formats::Result<std::string> {
+                LC_TRY(rows, source.digestOfRows(first, end - first, *parts_));
+                return digestOf(digest_, what, index, *rows);
+            },
+            [&]() -> Made {
+                LC_TRY(strip, source.rows(first, end - first));
+                return make(std::move(*strip));
+            });
+    }
 
 private:
     const compress::LightMapPlan& plan_;

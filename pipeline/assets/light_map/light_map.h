@@ -100,8 +100,7 @@ void describe(Fields& fields, Self& parameters) {
     fields.required("samples", parameters.samples, "random places on the surface of each texel");
     fields.required("display", parameters.display, "display that visible errors are judged on");
     describe(fields, parameters.limits, kAssetLimits);
-    fields.optional("kept", parameters.kept,
-                    "after `cook --patch`: keys of an earlier bake, to which errors are relative; those of the bake differ by 1 % at most");
+    describeKeptKeys(fields, parameters.kept);
 }
 
 /// Numbers of a constant that the metadata of the textures has, too; larger constants lie in the manifest alone.

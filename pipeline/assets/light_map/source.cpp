@@ -9,9 +9,11 @@
 #include "formats/mip_reduction.h"
 #include "pipeline/assets/light_map/constant_light.h"
 #include "pipeline/assets/light_map/mips.h"
+#include "pipeline/assets/light_map/strip_digest.h"
 #include "pipeline/assets/light_map/survey.h"
 #include "pipeline/assets/mesh/mesh_inputs.h"
 #include "pipeline/assets/source_colors.h"
+#include "pipeline/graph/part_cache.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -51,8 +53,8 @@ Result<LightMapSource*> LightMapSources::open(const std::filesystem::path& file,
     const std::lock_guard lock(mutex_);
     if (const auto known = sources_.find(key); known != sources_.end()) return known->second.get();
     LC_TRY(reader, formats::LightMapReader::open(file, description));
-    std::unique_ptr<LightMapSource> source(new LightMapSource(*this, std::make_shared<const formats::LightMapReader>(std::move(*reader)),
-                                                              {description.fireflyLimit, description.repair}, description.places));
+    std::unique_ptr<LightMapSource> source(
+        new LightMapSource(*this, std::make_shared<const formats::LightMapReader>(std::move(*reader)), description));
     if (description.constantOf) LC_CHECK(source->makeConstant(*description.constantOf, file));
     return sources_.emplace(key, std::move(source)).first->second.get();
 }
@@ -152,9 +154,9 @@ Result<LightMapStrip> LightMapSource::reduceChunk(int index) const {
 Result<LightMapStrip> LightMapSource::readChunk(int index) const {
     if (base_ != nullptr) return reduceChunk(index);
     auto chunk = reader_->read(index * kChunkRows, chunkRows(index));
-    if (!chunk || !(fireflies_.limit > 0)) return chunk;
+    if (!chunk || !(description_.fireflyLimit > 0)) return chunk;
     const auto placeOf = [this](const formats::Firefly& firefly) { return reader_->placeOf(0, firefly.colour, firefly.x, firefly.y); };
-    LC_CHECK(formats::checkFireflies(*chunk, fireflies_.limit, fireflies_.repair, placeOf));
+    LC_CHECK(formats::checkFireflies(*chunk, description_.fireflyLimit, description_.repair, placeOf));
     return chunk;
 }
 
@@ -174,6 +176,62 @@ Result<std::shared_ptr<const LightMapStrip>> LightMapSource::chunk(int index) {
     }
     owner_.keep(*this, index, bytesOfStrip(*slot->chunk));
     return slot->chunk;
+}
+
+Result<std::string> LightMapSource::storedDigest(int index) {
+    if (constant_ || base_ != nullptr) return std::string();
+    LC_TRY(stored, reader_->storedDigest(index * kChunkRows, chunkRows(index)));
+    if (stored->empty()) return stored;
+    const std::lock_guard lock(digestMutex_);
+    if (!conventions_) {
+        std::vector<std::string> all = {toJson(description_).dump(), std::string(reader_->bake())};
+        all.push_back(description_.isCompressed ? "compressed" : "");
+        for (const std::filesystem::path& file : {description_.mesh, description_.lmbake, description_.colors.config}) {
+            if (!file.empty() && std::filesystem::is_regular_file(file)) {
+                LC_TRY(digest, digestOfFile(file));
+                all.push_back(std::move(*digest));
+            } else {
+                all.emplace_back(file.string());
+            }
+        }
+        conventions_ = digestOf(all);
+    }
+    return digestOf(*conventions_, index, width(), height(), *stored);
+}
+
+Result<std::shared_ptr<const LightMapSource::ChunkDigests>> LightMapSource::digestsOf(int index, const PartCache& parts) {
+    {
+        const std::lock_guard lock(digestMutex_);
+        if (const auto known = digests_.find(index); known != digests_.end()) return known->second;
+    }
+    LC_TRY(stored, storedDigest(index));
+    const auto make = [&]() -> Result<ChunkDigests> {
+        LC_TRY(strip, chunk(index));
+        ChunkDigests made;
+        for (int y = 0; y < (*strip)->sh.height(); ++y) made.rows.push_back(digestOfRow(**strip, y));
+        made.rest = digestOf((*strip)->repairs, (*strip)->coverage, (*strip)->negativeAfterGamut);
+        return made;
+    };
+    LC_TRY(made, cachedPart(
+                     stored->empty() ? nullptr : &parts, [&] { return Result<std::string>(digestOf("rows", *stored)); }, make));
+    auto shared = std::make_shared<const ChunkDigests>(std::move(*made));
+    const std::lock_guard lock(digestMutex_);
+    digests_.emplace(index, shared);
+    return shared;
+}
+
+Result<std::string> LightMapSource::digestOfRows(int firstRow, int rowCount, const PartCache& parts) {
+    std::vector<std::string> rows;
+    for (int row = firstRow; row < firstRow + rowCount; ++row) {
+        LC_TRY(digests, digestsOf(constant_ ? 0 : row / kChunkRows, parts));
+        rows.push_back((*digests)->rows[static_cast<std::size_t>(row % kChunkRows)]);
+    }
+    return digestOf(firstRow, rows);
+}
+
+Result<std::string> LightMapSource::digestOfChunk(int index, const PartCache& parts) {
+    LC_TRY(digests, digestsOf(index, parts));
+    return digestOf(index * kChunkRows, **digests);
 }
 
 Result<LightMapStrip> LightMapSource::stripWithMargin(int index, int above, int below) {

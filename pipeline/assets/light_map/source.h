@@ -32,6 +32,7 @@ inline const std::string kFramesRole = "frames";  ///< the mesh that a bake read
 inline const std::string kLmbakeRole = "lmbake";  ///< where Godot says that the nodes of the mesh lie
 
 class LightMapSources;
+class PartCache;
 struct MapSurvey;
 struct MipSurvey;
 
@@ -63,7 +64,7 @@ public:
     int chunkRows(int index) const { return std::min(kChunkRows, height() - index * kChunkRows); }
 
     /// Returns the places of the nodes of its mesh; empty: it lies on all nodes, or the lmbake says where.
-    const std::vector<formats::NodePlace>& places() const { return places_; }
+    const std::vector<formats::NodePlace>& places() const { return description_.places; }
 
     /// Strips have 64, 32 or kRowAlignment rows, by the map's width: encoding and verifying take several times the memory of the rows
     /// themselves.
@@ -75,6 +76,11 @@ public:
     /// Returns the rows of a strip and up to `above` and `below` more, as far as the map has them.
     formats::Result<formats::LightMapStrip> stripWithMargin(int index, int above, int below);
 
+    /// Return digests of all that these rows hold, and of all that chunk `index` holds: rows of equal digests are equal. Rows that a cook
+    /// has had before are not decoded for them: the cache has their digests under that of what the files store of a chunk.
+    formats::Result<std::string> digestOfRows(int firstRow, int rowCount, const PartCache& parts);
+    formats::Result<std::string> digestOfChunk(int index, const PartCache& parts);
+
     /// Returns the figures of the whole map (survey.h), found once however many actions ask.
     /// hasSharedExit  true if a layout needs it (compress::needsSharedExit)
     formats::Result<std::shared_ptr<const MapSurvey>> survey(const ActionContext& context, bool hasSharedExit = false);
@@ -85,16 +91,20 @@ public:
 
 private:
     friend class LightMapSources;
-    /// Check of each chunk for fireflies.
-    struct Fireflies {
-        double limit;
-        bool repair;
+    /// Digests of a chunk.
+    struct ChunkDigests {
+        std::vector<std::string> rows;
+        std::string rest;  ///< of what a strip holds beside its rows
+
+        template <class Archive, class Self>
+        static void members(Archive& archive, Self& self) {
+            archive(self.rows, self.rest);
+        }
     };
-    LightMapSource(LightMapSources& owner, std::shared_ptr<const formats::LightMapReader> reader, Fireflies fireflies,
-                   std::vector<formats::NodePlace> places)
-        : owner_(owner), reader_(std::move(reader)), fireflies_(fireflies), places_(std::move(places)) {}
+    LightMapSource(LightMapSources& owner, std::shared_ptr<const formats::LightMapReader> reader, formats::LightMapDescription description)
+        : owner_(owner), reader_(std::move(reader)), description_(std::move(description)) {}
     LightMapSource(LightMapSource& base, int level)
-        : owner_(base.owner_), reader_(base.reader_), places_(base.places_), base_(&base), level_(level) {}
+        : owner_(base.owner_), reader_(base.reader_), description_(base.description_), base_(&base), level_(level) {}
     int stripHeight() const {
         int rows = kChunkRows;
         while (rows > kRowAlignment && rows * width() > kStripTexels) rows /= 2;
@@ -105,6 +115,9 @@ private:
 
     /// Reads rows of the file and checks them for fireflies.
     formats::Result<formats::LightMapStrip> readChunk(int index) const;
+    formats::Result<std::shared_ptr<const ChunkDigests>> digestsOf(int index, const PartCache& parts);
+    /// Returns a digest of what the files store of a chunk, and of all that decides what it means; empty: nobody knows.
+    formats::Result<std::string> storedDigest(int index);
     /// Averages rows of a mip level.
     formats::Result<formats::LightMapStrip> reduceChunk(int index) const;
 
@@ -115,8 +128,7 @@ private:
 
     LightMapSources& owner_;
     std::shared_ptr<const formats::LightMapReader> reader_;
-    Fireflies fireflies_;
-    std::vector<formats::NodePlace> places_;
+    formats::LightMapDescription description_;
     LightMapSource* base_ = nullptr;  ///< of a mip level: level 0
     int level_ = 0;
     std::mutex surveyMutex_;
@@ -127,6 +139,9 @@ private:
     std::optional<std::int64_t> constantTexels_;
     std::mutex mutex_;
     std::map<int, std::shared_ptr<Slot>> slots_;
+    std::mutex digestMutex_;
+    std::map<int, std::shared_ptr<const ChunkDigests>> digests_;
+    std::optional<std::string> conventions_;  ///< digest of the description and of its mesh, lmbake and colours
 };
 
 /// The light maps that a cook has open, each once for all its actions, with the chunks that were used last.

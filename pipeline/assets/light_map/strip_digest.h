@@ -1,12 +1,12 @@
 // Digests that parts of the cook and of the verification of a light map are named by (PartCache).
 #pragma once
 
+#include <span>
 #include <string>
 
 #include "formats/archive.h"
 #include "formats/light_map.h"
 #include "pipeline/graph/digest.h"
-#include "verify/light_map.h"
 
 namespace lightcook::pipeline {
 
@@ -18,8 +18,13 @@ std::string digestOf(const T&... values) {
     return digestOfText(writer.take());
 }
 
-/// Return a digest of all texels, and of where they lie.
-std::string digestOfStrip(const formats::LightMapStrip& strip);
-std::string digestOfRows(const verify::DecodedLightMapRows& rows);
+/// Returns the digest of row y of a strip, from its first row on.
+std::string digestOfRow(const formats::LightMapStrip& strip, int y);
+
+template <class T>
+std::string digestOfImage(const formats::Image<T>& image) {
+    const auto bytes = std::as_bytes(std::span(image.texels()));
+    return digestOf(image.width(), digestOfText({reinterpret_cast<const char*>(bytes.data()), bytes.size()}));
+}
 
 }  // namespace lightcook::pipeline

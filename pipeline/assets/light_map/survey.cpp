@@ -3,6 +3,7 @@
 #include <glm/geometric.hpp>
 
 #include "lighting/sh.h"
+#include "pipeline/assets/light_map/part_of_chunk.h"
 #include "pipeline/graph/parallel_for.h"
 
 namespace lightcook::pipeline {
@@ -49,11 +50,13 @@ Result<MapSurvey> surveyMap(LightMapSource& source, bool hasSharedExit, const Ac
     MapSurvey whole(source, hasSharedExit);
     LC_CHECK(foldInOrder<MapSurvey>(
         source.chunkCount(), context, "survey " + context.action.asset,
-        [&](int index) -> Result<MapSurvey> {
-            LC_TRY(chunk, source.chunk(index));
-            MapSurvey part(source, hasSharedExit);
-            part.add(**chunk);
-            return part;
+        [&](int index) {
+            return partOfChunk(source, index, context, digestOf("survey", source.luminanceWeights(), source.hasCoverage(), hasSharedExit),
+                               [&](const formats::LightMapStrip& chunk) -> Result<MapSurvey> {
+                                   MapSurvey part(source, hasSharedExit);
+                                   part.add(chunk);
+                                   return part;
+                               });
         },
         [&](const MapSurvey& part) { whole.merge(part); }));
     return whole;

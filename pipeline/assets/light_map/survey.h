@@ -29,12 +29,18 @@ struct MapSurvey {
     /// Figures of none of the map's texels.
     /// hasSharedExit  true if a layout needs it (compress::needsSharedExit)
     MapSurvey(const LightMapSource& source, bool hasSharedExit);
+    MapSurvey() = default;
     void add(const formats::LightMapStrip& strip);
     void merge(const MapSurvey& next);
     bool hasSharedExit() const { return hasSharedExit_; }
 
+    template <class Archive, class Self>
+    static void members(Archive& archive, Self& self) {
+        archive(self.key, self.measure, self.light, self.energy, self.repairs, self.negativeAfterGamut, self.hasSharedExit_);
+    }
+
 private:
-    bool hasSharedExit_;
+    bool hasSharedExit_ = false;
 };
 
 /// Passes over a map. LightMapSource::survey() calls it.

@@ -49,57 +49,97 @@ std::optional<glm::ivec2> otherCoverage(const CookedStrip& strip) {
     return std::nullopt;
 }
 
-/// Returns the errors of a strip. Those of a strip that an earlier cook has compared come from the cache.
-verify::LightMapErrors errorsOfStrip(const CheckedLightMap& map, const CookedStrip& strip) {
-    return cachedPart(
-        map.context.parts,
-        [&] {
-            return digestOf(map.cooked.verifierDigest(), strip.firstRow, strip.rowCount, digestOfRows(strip.texels),
-                            digestOfStrip(strip.reference));
-        },
-        [&] { return map.cooked.verifier().verifyRows(strip.texels, strip.reference, strip.firstRow, strip.rowCount); });
-}
+/// A strip that is read when it is first asked for.
+class LazyStrip {
+public:
+    LazyStrip(const CheckedLightMap& map, int index) : map_(map), index_(index) {}
+    Result<const CookedStrip*> get() {
+        if (!strip_) {
+            LC_TRY(strip, readStrip(map_.bake, map_.cooked, index_));
+            strip_ = std::move(*strip);
+        }
+        return &*strip_;
+    }
 
-/// Compares one strip of a cooked map with the bake.
-/// tilt  of normal maps [degrees]; empty: surfaces show light at their own normals alone
-Result<TexelErrors> compareStrip(CheckedLightMap& map, const std::optional<double>& tilt, int index) {
+private:
+    const CheckedLightMap& map_;
+    int index_;
+    std::optional<CookedStrip> strip_;
+};
+
+/// Returns what the texels of a strip show.
+/// tilt    of normal maps [degrees]; empty: surfaces show light at their own normals alone
+/// groups  of charts: MapCharts::groupsOf()
+Result<ShownTexels> shownTexels(const CheckedLightMap& map, const std::optional<double>& tilt, const formats::Image<std::uint8_t>& groups,
+                                const CookedStrip& strip) {
     LightMapSource& bake = map.bake;
-    LC_TRY(strip, readStrip(bake, map.cooked, index));
-    const auto& [firstRow, rowCount, reference, texels, seen] = *strip;
+    const auto& [firstRow, rowCount, reference, texels, seen] = strip;
     VisibleBlocks blocks(bake.width(), rowCount, firstRow);
-    LightMoments light;
     LitRow lit(bake.width(), map.viewing);
     std::optional<NormalCap> cap;
     if (tilt) cap.emplace(*tilt, map.viewing);
-    WorstTexels worst(bake.width(), firstRow, rowCount);
-    ChartErrors chartErrors;
-    const auto groups = map.charts ? map.charts->groupsOf(firstRow, rowCount) : formats::Image<std::uint8_t>();
+    ShownTexels shown;
+    shown.worst = WorstTexels(bake.width(), firstRow, rowCount);
+    shown.preview = Preview(bake.width(), bake.height(), map.key, firstRow, rowCount);
     for (int y = 0; y < rowCount; ++y) {
         for (int x = 0; x < bake.width(); ++x) {
             if (reference.covered.at(x, y) == 0) continue;
             const glm::vec3 normal = reference.normal.at(x, y);
-            light.add(reference.sh.at(x, y), normal);
+            shown.light.add(reference.sh.at(x, y), normal);
             lit.set(x, reference.sh.at(x, y), seen.at(x, y), normal);
         }
         lit.compare();
         for (int x = 0; x < bake.width(); ++x)
             if (reference.covered.at(x, y) != 0) {
-                map.preview.set(x, firstRow + y, lit.reference(x), lit.found(x), lit.visible(x));
-                worst.add(x, firstRow + y, lit.visible(x));
+                shown.preview.set(x, firstRow + y, lit.reference(x), lit.found(x), lit.visible(x));
+                shown.worst.add(x, firstRow + y, lit.visible(x));
                 blocks.add(x, firstRow + y, lit.visible(x));
-                if (map.charts) chartErrors.add(groups.at(x, y), x, firstRow + y, lit.visible(x));
-                if (cap && map.preview.shows(x, firstRow + y))
-                    map.preview.setAtAnyNormal(x, firstRow + y,
-                                               cap->worst(reference.sh.at(x, y), seen.at(x, y), reference.normal.at(x, y)));
+                if (map.charts) shown.charts.add(groups.at(x, y), x, firstRow + y, lit.visible(x));
+                if (cap && shown.preview.shows(x, firstRow + y))
+                    shown.preview.setAtAnyNormal(x, firstRow + y,
+                                                 cap->worst(reference.sh.at(x, y), seen.at(x, y), reference.normal.at(x, y)));
             }
     }
     LC_TRY(traced, map.truth.within(reference, firstRow, rowCount));
-    LC_CHECK(blocks.addRims(bake, map.cooked, *strip, map.viewing, map.key));
-    WorstBlock block;
-    block.merge(blocks);
-    return TexelErrors{
-        errorsOfStrip(map, *strip), block, lightMapPlaces(*traced, reference, seen, firstRow), light, worst, std::move(chartErrors),
-        otherCoverage(*strip)};
+    LC_CHECK(blocks.addRims(bake, map.cooked, strip, map.viewing, map.key));
+    shown.block.merge(blocks);
+    shown.truthPlaces = lightMapPlaces(*traced, reference, seen, firstRow);
+    shown.otherCoverage = otherCoverage(strip);
+    return shown;
+}
+
+/// Compares one strip of a cooked map with the bake. What an earlier cook has compared comes from the cache.
+Result<TexelErrors> compareStrip(const CheckedLightMap& map, const std::optional<double>& tilt, int index) {
+    LightMapSource& bake = map.bake;
+    const int firstRow = bake.stripFirstRow(index), rowCount = bake.stripRows(index);
+    const auto groups = map.charts ? map.charts->groupsOf(firstRow, rowCount) : formats::Image<std::uint8_t>();
+    const PartCache* const parts = map.context.parts;
+    LazyStrip strip(map, index);
+    // Digest of the rows, with some of those around them.
+    const auto digestWith = [&](int above, int below) -> Result<std::string> {
+        const int first = std::max(firstRow - above, 0), end = std::min(firstRow + rowCount + below, bake.height());
+        LC_TRY(ofBake, bake.digestOfRows(first, end - first, *parts));
+        LC_TRY(ofCooked, map.cooked.digestOfRows(firstRow, std::min(end - firstRow, rowCount + 1)));
+        return digestOf(map.cooked.verifierDigest(), *ofBake, *ofCooked);
+    };
+    const bool hasRims = !map.cooked.hasCoverage();
+    LC_TRY(shown, cachedPart(
+                      parts,
+                      [&]() -> Result<std::string> {
+                          LC_TRY(rows, hasRims ? digestWith(VisibleBlocks::kRowsAbove, VisibleBlocks::kRowsBelow) : digestWith(0, 0));
+                          return digestOf("shown", *rows, tilt.value_or(-1), digestOfImage(groups), map.truth.digest());
+                      },
+                      [&]() -> Result<ShownTexels> {
+                          LC_TRY(read, strip.get());
+                          return shownTexels(map, tilt, groups, **read);
+                      }));
+    LC_TRY(errors, cachedPart(
+                       parts, [&]() { return digestWith(0, 1); },
+                       [&]() -> Result<verify::LightMapErrors> {
+                           LC_TRY(read, strip.get());
+                           return map.cooked.verifier().verifyRows((*read)->texels, (*read)->reference, firstRow, rowCount);
+                       }));
+    return TexelErrors{std::move(*errors), std::move(*shown)};
 }
 
 }  // namespace
@@ -110,11 +150,11 @@ Result<void> checkTexels(CheckedLightMap& map) {
         map.bake.stripCount(), map.context.between(kSurveyEnd, kTexelsEnd), "verify " + map.context.action.asset,
         [&](int index) { return compareStrip(map, tilt, index); }, [&](const TexelErrors& part) { map.texels.merge(part); }));
     map.result.verdict.stages = map.texels.errors.figures();
-    if (const auto& texel = map.texels.otherCoverage)
+    if (const auto& texel = map.texels.shown.otherCoverage)
         map.violations().push_back({fmt::format("texture {} at texel ({}, {})", formats::kCoverageRole, texel->x, texel->y),
                                     "another coverage", "that of the bake"});
-    if (map.texels.block.figures().isKnown()) map.result.worstBlock = map.texels.block.figures();
-    map.result.light = lightOf(map.bake, map.texels.errors, map.key, map.texels.light);
+    if (map.texels.shown.block.figures().isKnown()) map.result.worstBlock = map.texels.shown.block.figures();
+    map.result.light = lightOf(map.bake, map.texels.errors, map.key, map.texels.shown.light);
     return {};
 }
 

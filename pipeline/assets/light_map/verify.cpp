@@ -58,16 +58,6 @@ Result<std::optional<BakeBefore>> openBakeBefore(const ActionContext& context, c
     return std::optional(BakeBefore{**opened, std::move(unpacked)});
 }
 
-/// Returns the keys that the errors of a map are relative to: those of the bake, or kept ones that are close to them.
-Result<KeptMap> keysOf(const ActionContext& context, const LightMapVerifyParameters& parameters, const verify::LightMapKey& ofBake) {
-    const KeptMap found{{}, ofBake.key(), ofBake.displayKey()};
-    if (!parameters.kept) return found;
-    if (parameters.kept->serves(found.key, found.displayKey)) return *parameters.kept;
-    return failure(ErrorCode::Verification, context.action.asset,
-                   fmt::format("found kept keys of {:.4g} and {:.4g}, expected those of the bake within 1 %, {:.4g} and {:.4g}",
-                               parameters.kept->key, parameters.kept->displayKey, found.key, found.displayKey));
-}
-
 Result<CheckedLightMap> openMap(const ActionContext& context) {
     const Stopwatch watch;
     LC_TRY(asset, upstreamAsset(context));
@@ -78,7 +68,7 @@ Result<CheckedLightMap> openMap(const ActionContext& context) {
     LC_CHECK(checkSize(bake, context.action.inputs.at(kSourceRole), {asset->width, asset->height}, "cooked"));
     LC_TRY(before, openBakeBefore(context, *description));
     LC_TRY(survey, (*before ? (*before)->source : bake).survey(context.between(0, kSurveyEnd)));
-    LC_TRY(keys, keysOf(context, *parameters, (*survey)->key));
+    LC_TRY(keys, keysOf(context.action.asset, parameters->kept, (*survey)->key));
     const double key = keys->key;
     const verify::Viewing viewing{parameters->display.of(keys->displayKey), bake.bt2020FromWorking()};
     verify::LightMapSampling sampling;
@@ -91,6 +81,7 @@ Result<CheckedLightMap> openMap(const ActionContext& context) {
     // A map of constant light stands for texels that no chart names.
     auto charts = mesh && !bake.constantTexels() ? MapCharts::of(lightMapMeshes(*mesh), bake.width(), bake.height()) : std::nullopt;
     TexelErrors none{cooked->verifier().noErrors()};
+    none.shown.preview = Preview(bake.width(), bake.height(), key);
     CheckedLightMap map{context,
                         watch,
                         std::move(*asset),
@@ -104,7 +95,6 @@ Result<CheckedLightMap> openMap(const ActionContext& context) {
                         mesh.has_value(),
                         std::move(triangles),
                         std::move(charts),
-                        Preview(bake.width(), bake.height(), key),
                         std::move(none)};
     map.result.key = key;
     return map;
@@ -148,7 +138,8 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     for (const LightMapCheck& check : kChecks)
         if (check.isNeeded(*map)) LC_CHECK(check.run(*map));
     map->result.verdict.passed = passes(map->result);
-    return outcomeWithPreview(std::move(map->result), map->preview, context, std::move(map->worstPlaces), std::move(map->seamViews));
+    return outcomeWithPreview(std::move(map->result), map->texels.shown.preview, context, std::move(map->worstPlaces),
+                              std::move(map->seamViews));
 }
 
 }  // namespace lightcook::pipeline

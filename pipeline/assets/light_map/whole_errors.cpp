@@ -6,10 +6,13 @@
 
 #include "pipeline/assets/dominant/cooked_dominant.h"
 #include "pipeline/assets/light_map/cooked_light_map.h"
+#include "pipeline/assets/light_map/kept_plan.h"
 #include "pipeline/assets/light_map/source.h"
+#include "pipeline/assets/light_map/strip_digest.h"
 #include "pipeline/assets/light_map/surface_places.h"
 #include "pipeline/assets/light_map/survey.h"
 #include "pipeline/graph/parallel_for.h"
+#include "pipeline/graph/part_cache.h"
 #include "pipeline/scene/dominant_fit.h"
 #include "verify/whole_shading.h"
 
@@ -37,7 +40,27 @@ public:
           viewing_(viewing),
           places_(bake.width(), bake.height()) {}
 
-    Result<verify::WholeErrors> errorsOf(int index) const {
+    /// Returns the errors of a strip. Those of a strip that an earlier cook has compared come from the cache.
+    /// what  digest of all that the comparison was made with, beside the texels
+    Result<verify::WholeErrors> errorsOf(int index, const PartCache* parts, const std::string& what) const {
+        const int firstRow = bake_.stripFirstRow(index), rowCount = bake_.stripRows(index);
+        return cachedPart(
+            parts,
+            [&]() -> Result<std::string> {
+                LC_TRY(ofBake, bake_.digestOfRows(firstRow, std::min(rowCount + 1, bake_.height() - firstRow), *parts));
+                LC_TRY(ofLightMap, lightMap_.digestOfRows(firstRow, rowCount + 1));
+                std::string ofDominant;
+                if (dominant_ != nullptr) {
+                    LC_TRY(rows, dominant_->read(firstRow, rowCount));
+                    ofDominant = digestOf(rows->whole.firstRow, digestOfImage(rows->whole.direction), digestOfImage(rows->whole.intensity));
+                }
+                return digestOf("whole", what, lightMap_.verifierDigest(), *ofBake, *ofLightMap, ofDominant);
+            },
+            [&] { return compare(index); });
+    }
+
+private:
+    Result<verify::WholeErrors> compare(int index) const {
         LC_TRY(strip, readStrip(bake_, lightMap_, index));
         const std::vector<SurfacePlace> places = places_.of(strip->reference, strip->firstRow, strip->rowCount);
         const std::size_t count = 3 * shader_.stride(), all = places.size() * count;
@@ -57,7 +80,6 @@ public:
         return verify::wholeErrors(reference, lightMap, *dominant, shader_.sampleCount(), shader_.stride(), viewing_);
     }
 
-private:
     /// Returns what the stored dominant light adds; nothing without one.
     Result<std::vector<float>> shadeStored(const CookedStrip& strip, const std::vector<SurfacePlace>& places) const {
         std::vector<float> samples;
@@ -120,7 +142,7 @@ Result<ActionOutcome> verifyWhole(const ActionContext& context) {
     LC_TRY(source, openLightMap(context, *description));
     LightMapSource& bake = **source;
     LC_TRY(survey, bake.survey(context));
-    const verify::LightMapKey& key = (*survey)->key;
+    LC_TRY(keys, keysOf(context.action.asset, parameters->kept, (*survey)->key));
     std::optional<verify::DominantFit> fit;
     if (parameters->fit) {
         LC_TRY(named, dominantFitOf(context.action.asset, *parameters->fit));
@@ -129,16 +151,21 @@ Result<ActionOutcome> verifyWhole(const ActionContext& context) {
     verify::LightMapSampling sampling;
     sampling.placesPerTexel = 0;
     sampling.figures = verify::LightMapFigures::Sampled;
-    LC_TRY(lightMap, CookedLightMapReader::open(context.upstreamFolder, *asset, {parameters->view.shading, sampling, key.key()}));
+    LC_TRY(lightMap, CookedLightMapReader::open(context.upstreamFolder, *asset, {parameters->view.shading, sampling, keys->key}));
     LC_TRY(dominant, openDominant(context, bake));
     LC_TRY(shader, verify::WholeShader::create(parameters->view.shading));
-    const verify::Viewing viewing{parameters->view.display.of(key.displayKey()), bake.bt2020FromWorking()};
-    const WholeComparison comparison(bake, *lightMap, key.key(), *dominant ? &**dominant : nullptr, parameters->isDerived, fit, *shader,
+    const verify::Viewing viewing{parameters->view.display.of(keys->displayKey), bake.bt2020FromWorking()};
+    const WholeComparison comparison(bake, *lightMap, keys->key, *dominant ? &**dominant : nullptr, parameters->isDerived, fit, *shader,
                                      viewing);
+    const verify::CookedDominant decode = *dominant ? (*dominant)->map() : verify::CookedDominant();
+    const WholeVerifyParameters shaded{parameters->view, parameters->fit, parameters->isDerived};  // limits and kept keys judge alone
+    const std::string what = digestOf(toJson(shaded).dump(), viewing, bake.luminanceWeights(), (*dominant).has_value(),
+                                      decode.directionScale, decode.directionBias, decode.intensityRange);
     verify::WholeErrors errors;
     LC_CHECK(foldInOrder<verify::WholeErrors>(
         bake.stripCount(), context, fmt::format("verify the whole of {}", context.action.asset),
-        [&](int index) { return comparison.errorsOf(index); }, [&](const verify::WholeErrors& strip) { errors.append(strip); }));
+        [&](int index) { return comparison.errorsOf(index, context.parts, what); },
+        [&](const verify::WholeErrors& strip) { errors.append(strip); }));
     return outcomeWith(
         WholeFigures{errors.visibleFigures(), errors.relRms(), static_cast<int>(errors.squaredErrors.size()), parameters->limits});
 }

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/assets/light_map/kept_map.h"
 #include "pipeline/assets/light_map/shading.h"
 #include "pipeline/assets/light_map/surface_places.h"
 #include "pipeline/assets/results.h"
@@ -24,9 +25,10 @@ namespace lightcook::pipeline {
 /// left out, of the dominant light.
 struct WholeVerifyParameters {
     SceneView view;
-    std::optional<std::string> fit;  ///< of the dominant light, a name of allDominantFits(); absent: the scene needs none
-    bool isDerived = false;          ///< the shader derives it from the light map
-    Limits limits = {};              ///< on the whole
+    std::optional<std::string> fit;              ///< of the dominant light, a name of allDominantFits(); absent: the scene needs none
+    bool isDerived = false;                      ///< the shader derives it from the light map
+    Limits limits = {};                          ///< on the whole
+    std::optional<KeptMap> kept = std::nullopt;  ///< of the last cook; absent: the keys are those of the bake
 };
 template <class Fields, Is<WholeVerifyParameters> Self>
 void describe(Fields& fields, Self& parameters) {
@@ -35,6 +37,7 @@ void describe(Fields& fields, Self& parameters) {
     fields.presentIf(parameters.isDerived, "derived", parameters.isDerived, "true if the shader derives the dominant light");
     fields.optional("max_visible", parameters.limits[Limit::WholeVisible], info(Limit::WholeVisible).caption);
     fields.optional("max_error", parameters.limits[Limit::WholeError], info(Limit::WholeError).caption);
+    describeKeptKeys(fields, parameters.kept);
 }
 
 /// Shades places by the bake and, with a fit, by its dominant light. The whole shading of cooked textures is compared with the result.

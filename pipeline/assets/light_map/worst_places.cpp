@@ -87,7 +87,7 @@ std::vector<WorstTexel> WorstTexels::apart(std::size_t count, int distance) cons
 Result<void> drawWorstPlaces(CheckedLightMap& map) {
     const ActionContext& context = map.context;
     std::vector<WorstPlacePicture>& places = map.worstPlaces;
-    for (const WorstTexel& texel : map.texels.worst.apart(kPlaces, kCropSide)) {
+    for (const WorstTexel& texel : map.texels.shown.worst.apart(kPlaces, kCropSide)) {
         if (texel.visible < kLeastShown) break;
         WorstPlacePicture place;
         place.file = fmt::format("preview/{}_worst_{}.png", context.action.asset, places.size() + 1);

@@ -31,6 +31,11 @@ public:
     /// Returns at most `count` merged texels, the worst first, each further than `distance` from those before it in x or y.
     std::vector<WorstTexel> apart(std::size_t count, int distance) const;
 
+    template <class Archive, class Self>
+    static void members(Archive& archive, Self& self) {
+        archive(self.firstRow_, self.across_, self.texels_);
+    }
+
 private:
     static constexpr std::size_t kKept = 256;  ///< enough for a few places, each with all squares around it
     static bool isWorse(const WorstTexel& a, const WorstTexel& b) {

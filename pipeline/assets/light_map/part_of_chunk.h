@@ -1,0 +1,30 @@
+// What an action finds in a chunk of a light map, kept in the cache: a bake that changed a little is read where it changed.
+#pragma once
+
+#include <string>
+#include <type_traits>
+
+#include "pipeline/assets/light_map/source.h"
+#include "pipeline/assets/light_map/strip_digest.h"
+#include "pipeline/graph/part_cache.h"
+
+namespace lightcook::pipeline {
+
+/// Returns what make(chunk) finds in chunk `index`. It returns a Result.
+/// what  all else that it depends on
+template <class Make>
+auto partOfChunk(LightMapSource& source, int index, const ActionContext& context, const std::string& what, Make make) {
+    using Made = std::invoke_result_t<Make, const formats::LightMapStrip&>;
+    return cachedPart(
+        context.parts,
+        [&]() -> formats::Result<std::string> {
+            LC_TRY(chunk, source.digestOfChunk(index, *context.parts));
+            return digestOf(what, *chunk);
+        },
+        [&]() -> Made {
+            LC_TRY(chunk, source.chunk(index));
+            return make(**chunk);
+        });
+}
+
+}  // namespace lightcook::pipeline
