@@ -22,8 +22,8 @@ public:
     Digest& operator=(Digest&&) noexcept;
     ~Digest();
     /// Adds the elements of an array, as they lie in memory.
-    template <class T>
-    void add(std::span<T> values) {
+    template <class T, std::size_t Extent>
+    void add(std::span<T, Extent> values) {
         addBytes(std::as_bytes(values));
     }
     /// Returns that of all bytes so far: digestOfText() of them.

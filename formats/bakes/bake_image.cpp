@@ -181,6 +181,8 @@ Result<std::string> BakeImage::storedDigest(int firstRow, int rowCount) const {
         const auto rows = image.view().rows(firstRow, rowCount);
         digest.add(std::span(rows.texels, static_cast<std::size_t>(rows.width) * static_cast<std::size_t>(rows.height)));
     };
+    const StatedChromaticities chromaticities = pictureInfo_.chromaticities.value_or(StatedChromaticities());
+    digest.add(std::span(chromaticities));
     addRows(picture_);
     addRows(alpha_);
     return digest.text();

@@ -88,6 +88,7 @@ struct ExrChunks::State {
             const exr_attr_chlist_entry_t& channel = channels->entries[i];
             text += fmt::format("\n{} {} {}", channel.name.str, static_cast<int>(channel.pixel_type), channel.p_linear);
         }
+        for (const float number : info.chromaticities.value_or(StatedChromaticities())) text += fmt::format(" {}", number);
         encoding = std::move(text);
         return rowsPerChunk > 0;
     }

@@ -16,8 +16,8 @@ public:
     ExrChunks(const ExrChunks&) = delete;
     ExrChunks& operator=(const ExrChunks&) = delete;
 
-    /// Returns a digest of the chunks that hold rows [firstRow, firstRow + rowCount), and of all that decides what their bytes mean. Empty:
-    /// a chunk is not there whole, or the header has something that OpenEXR's C library refuses.
+    /// Returns a digest of the chunks that hold rows [firstRow, firstRow + rowCount), and of all that decides what their bytes mean: also
+    /// the chromaticities. Empty: a chunk is not there whole, or the header has something that OpenEXR's C library refuses.
     std::string digestOf(int firstRow, int rowCount) const;
 
 private:

@@ -186,13 +186,12 @@ Result<std::string> LightMapSource::storedDigest(int index) {
     if (!conventions_) {
         std::vector<std::string> all = {toJson(description_).dump(), std::string(reader_->bake())};
         all.push_back(description_.isCompressed ? "compressed" : "");
-        for (const std::filesystem::path& file : {description_.mesh, description_.lmbake, description_.colors.config}) {
-            if (!file.empty() && std::filesystem::is_regular_file(file)) {
-                LC_TRY(digest, digestOfFile(file));
-                all.push_back(std::move(*digest));
-            } else {
-                all.emplace_back(file.string());
-            }
+        auto files = sourceInputs({}, description_.colors);
+        if (!description_.mesh.empty())
+            files.merge(meshInputs(kFramesRole, description_.mesh, description_.lmbake, formats::GltfFiles::Geometry));
+        for (const auto& [role, file] : files) {
+            if (role == kSourceRole) continue;
+            if (const auto digest = digestOfFile(file)) all.push_back(role + *digest);  // a mesh that is not there is not read
         }
         conventions_ = digestOf(all);
     }

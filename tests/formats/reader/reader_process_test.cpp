@@ -168,6 +168,9 @@ TEST_F(ReaderProcesses, StoredDigestsAreThoseOfTheChunksThatRowsLieIn) {
                 EXPECT_EQ(after[i] != before[i], static_cast<int>(16 * i) / chunk == kPoked / chunk) << i;
             }
         }
+        ExrRecipe wide = recipe;
+        wide.chromaticities = std::array{0.708f, 0.292f, 0.17f, 0.797f, 0.131f, 0.046f, 0.3127f, 0.329f};
+        EXPECT_NE(digests(wide).front(), before.front()) << "these are other colours";
         ExrRecipe half = recipe;
         half.isHalf = true;
         half.isZip = false;
