@@ -486,13 +486,14 @@ private:
         return tried.whole && ofWhole ? tried.whole->visible / *ofWhole : triedUse(tried.candidate, map_.parameters.limits);
     }
 
-    /// Judges a layout by the rows that it was measured on. A sample within the limits is enough to take it: verification measures all
-    /// rows, and refutes the layout where the sample was lucky (LayoutDecision). Nothing corrects a layout that is refused wrongly, so that
-    /// one a little above its limits is measured on more rows.
+    /// Judges a layout by the rows that it was measured on. Of a trial of the light map alone, a sample within the limits is enough to take
+    /// it: verification measures all rows, and refutes the layout where the sample was lucky (LayoutDecision). A joint trial is sure first:
+    /// detail is tried for what misses the limits, and a refuted layout would make place for a larger one. Nothing corrects a layout that
+    /// is refused wrongly, so that one a little above its limits is measured on more rows.
     Verdict verdictOn(const Tried& tried) const {
-        const double used = useOf(tried);
-        if (used <= 1) return Verdict::Keeps;
-        return used > 1 + levels_.margin(tried.level) ? Verdict::Misses : Verdict::Unsure;
+        const double used = useOf(tried), margin = levels_.margin(tried.level);
+        if (used <= (tried.whole ? 1 / (1 + margin) : 1)) return Verdict::Keeps;
+        return used > 1 + margin ? Verdict::Misses : Verdict::Unsure;
     }
 
     /// Finds the cheapest layout of the group that was just measured that keeps the limits, if it is cheaper than the best so far.
