@@ -102,7 +102,7 @@ void ErrorAccumulator::addPiece(const float* reference, const float* error, std:
     for (std::size_t i = 0; i < whole; ++i) bins[i] = floatBinOf(locals[i]);
     for (std::size_t i = 0; i < count; ++i) ++histogram_[static_cast<std::size_t>(bins[i])];
     double pieceError = 0, pieceReference = 0;
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    for (std::size_t lane = 0; lane < std::min(kLanes, count); ++lane) {  // those of padding are 0
         pieceError += squaredError[lane];
         pieceReference += squaredReference[lane];
         maxSampled_ = std::max(maxSampled_, static_cast<double>(largest[lane]));

@@ -331,8 +331,13 @@ void shade(const std::array<lighting::Sh, kChannels>& local, const ShadingMatrix
     for (std::size_t c = 0; c < kChannels; ++c) matrix.apply(local[c], out.data() + c * matrix.stride());
 }
 
-bool isZero(const shaders::LcSh& sh) {
-    return std::ranges::all_of(sh.c, [](const glm::vec3& coefficient) { return coefficient == glm::vec3(0); });
+bool isZero(std::span<const glm::vec3> coefficients) {
+    return std::ranges::all_of(coefficients, [](const glm::vec3& coefficient) { return coefficient == glm::vec3(0); });
+}
+
+/// Returns the coefficients in a frame by channel. Light without directions, that of a flat map, is the same in every frame.
+std::array<lighting::Sh, kChannels> localChannels(const shaders::LcSh& sh, const std::array<glm::vec3, 3>& frame) {
+    return channelsOf(isZero(std::span(sh.c).subspan(1)) ? sh : shaders::lcLocalSh(sh, frame[0], frame[1], frame[2]));
 }
 }  // namespace
 
@@ -346,7 +351,7 @@ void ErrorShader::setReference(const shaders::LcSh& reference, const glm::vec3& 
         frame_ = {glm::vec3(frame[0]), glm::vec3(frame[1]), glm::vec3(frame[2])};
         normal_ = normal;
     }
-    const auto local = channelsOf(shaders::lcLocalSh(reference, frame_[0], frame_[1], frame_[2]));
+    const auto local = localChannels(reference, frame_);
     shade(local, matrices_.diffuse, diffuse_.reference);
     shade(local, matrices_.specular, specular_.reference);
     if (!matrices_.visible) return;
@@ -370,14 +375,14 @@ void ErrorShader::shadeDiffuse(const std::array<lighting::Sh, 3>& local, const S
 
 void ErrorShader::add(const shaders::LcSh& error, ShadedErrors& errors, const ShownLight& shown, TileErrors* tiles, std::size_t tile) {
     // Light that is shown beside the coefficients is 0 where they are.
-    const bool isExact = isZero(error) && (!shown || isZero(*reference_));
+    const bool isExact = isZero(error.c) && (!shown || isZero(reference_->c));
     if (isExact) addUnseen(errors);
-    if (isExact && isZero(*reference_)) {
+    if (isExact && isZero(reference_->c)) {
         errors.diffuse.addDark(kChannels * matrices_.diffuse.count());
         errors.specular.addDark(kChannels * matrices_.specular.count());
         return;
     }
-    const auto local = channelsOf(shaders::lcLocalSh(error, frame_[0], frame_[1], frame_[2]));
+    const auto local = localChannels(error, frame_);
     shadeDiffuse(local, matrices_.diffuse, shown, diffuse_);
     shade(local, matrices_.specular, specular_.error);
     addEnergy(matrices_.diffuse, diffuse_, errors.diffuse);
