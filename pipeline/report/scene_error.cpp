@@ -39,12 +39,6 @@ double relRmsOf(const ReportRow& row, Figures figures) {
     return figure((row.verdict.stages.back().*figures).relRms);
 }
 
-/// Returns the RMS of the row's visible errors; NaN without any.
-double visibleRmsOf(const ReportRow& row, Figures figures) {
-    const std::optional<verify::VisibleFigures>& visible = (row.verdict.stages.back().*figures).visible;
-    return visible ? figure(visible->rms) : kNan;
-}
-
 /// Returns a figure of the row's light; NaN without it.
 double lightOf(const ReportRow& row, std::optional<double> LightFigures::*member) {
     return row.light ? figure((*row.light.*member).value_or(kNan)) : kNan;
@@ -77,7 +71,6 @@ struct Part {
     Figures figures;
     const char* name;  ///< of the shading, as reported
     double squaredError = 0, squaredLight = 0;
-    double squaredVisible = 0;   ///< NaN without visible errors
     bool isAlternative = false;  ///< a pixel has the error of only one of the alternatives
 };
 
@@ -85,7 +78,7 @@ struct Part {
 struct Shading {
     Lights squaredLights{};
     std::vector<Part> parts;
-    double squaredBound = 0, squaredVisibleBound = 0;
+    double squaredBound = 0;
 
     double squaredLight() const {
         double sum = 0;
@@ -97,41 +90,30 @@ struct Shading {
         for (const Part& part : parts) sum += part.squaredError;
         return sum;
     }
-    double squaredVisible() const {
-        double sum = 0;
-        for (const Part& part : parts) sum += part.squaredVisible;
-        return sum;
-    }
+    /// Sets the upper bound: errors of one pixel add up at worst; of alternatives it has only one.
     void bound() {
-        squaredBound = boundOf(&Part::squaredError);
-        squaredVisibleBound = boundOf(&Part::squaredVisible);
-    }
-    /// Returns an upper bound: errors of one pixel add up at worst; of alternatives it has only one.
-    double boundOf(double Part::*squared) const {
         double sum = 0, alternatives = 0;
         for (const Part& part : parts) {
             if (part.isAlternative)
-                alternatives += part.*squared;
+                alternatives += part.squaredError;
             else
-                sum += std::sqrt(part.*squared);
+                sum += std::sqrt(part.squaredError);
         }
-        return square(sum + std::sqrt(alternatives));
+        squaredBound = square(sum + std::sqrt(alternatives));
     }
     /// Adds the light of a part of all pixels, weighted by its share.
     void add(const Shading& other, double weight) {
         for (std::size_t i = 0; i < squaredLights.size(); ++i) squaredLights[i] += weight * other.squaredLights[i];
         squaredBound += weight * other.squaredBound;
-        squaredVisibleBound += weight * other.squaredVisibleBound;
         for (const Part& part : other.parts) {
             auto mine =
                 std::ranges::find_if(parts, [&](const Part& each) { return each.row == part.row && std::string(each.name) == part.name; });
             if (mine == parts.end()) {
-                parts.push_back({part.row, part.figures, part.name, 0, 0, 0, part.isAlternative});
+                parts.push_back({part.row, part.figures, part.name, 0, 0, part.isAlternative});
                 mine = parts.end() - 1;
             }
             mine->squaredError += weight * part.squaredError;
             mine->squaredLight += weight * part.squaredLight;
-            mine->squaredVisible += weight * part.squaredVisible;
         }
     }
 };
@@ -181,9 +163,7 @@ private:
         Shading shading;
         const auto add = [&](const ReportRow& row, Figures figures, const char* name, double relRms, double light,
                              bool isAlternative = false) {
-            const double share = isAlternative ? 1 / static_cast<double>(probes_.size()) : 1;
-            shading.parts.push_back(
-                {&row, figures, name, square(relRms * light), square(light), share * square(visibleRmsOf(row, figures)), isAlternative});
+            shading.parts.push_back({&row, figures, name, square(relRms * light), square(light), isAlternative});
         };
         const double diffuse = lightOf(map, &LightFigures::diffuseRms), specular = lightOf(map, &LightFigures::specularRms);
         shading.squaredLights[kDiffuse] = square(diffuse);
@@ -237,10 +217,6 @@ private:
         result.relRms = relative(error, light);
         result.relRmsBound = relative(shading.squaredBound, light);
         result.lightRms = std::sqrt(light);
-        if (const double visible = shading.squaredVisible(); std::isfinite(visible) && std::isfinite(shading.squaredVisibleBound)) {
-            result.visibleRms = std::sqrt(visible);
-            result.visibleRmsBound = std::sqrt(shading.squaredVisibleBound);
-        }
         for (std::size_t i = 0; i < result.lights.size(); ++i) result.lights[i] = std::sqrt(shading.squaredLights[i]);
         for (const Part& part : shading.parts) {
             const double share = error == 0 ? 0 : part.squaredError / error;
@@ -293,11 +269,8 @@ std::optional<SceneError> sceneError(const std::vector<ReportRow>& rows) {
 
 std::string lineOf(const SceneError& whole) {
     const ShadingError& shading = whole.shading;
-    const std::string visible =
-        shading.visibleRms ? fmt::format("; visible error {:.2f} (RMS), at most {:.2f}", *shading.visibleRms, *shading.visibleRmsBound)
-                           : "";
-    return fmt::format("whole shading: {} of its light (RMS), at most {}{}. {}", humanPercent(shading.relRms),
-                       humanPercent(shading.relRmsBound), visible, shading.advice);
+    return fmt::format("whole shading: {} of its light (RMS), at most {}. {}", humanPercent(shading.relRms),
+                       humanPercent(shading.relRmsBound), shading.advice);
 }
 
 }  // namespace lightcook::pipeline

@@ -57,9 +57,6 @@ void describe(Fields& fields, Self& part) {
 /// contain them. Shares add up to 1, or are all 0 if there is no error.
 struct ShadingError {
     double relRms = 0, relRmsBound = 0, lightRms = 0;
-    /// RMS of the visible errors [Delta E ITP] of independent parts, and if all add up; empty if a part has none. Each part is measured as
-    /// if it were alone on its own display: more light in a pixel makes its error smaller (docs/theory/visible.md).
-    std::optional<double> visibleRms, visibleRmsBound;
     std::array<double, kLightNames.size()> lights{};  ///< RMS of each kind of light
     std::vector<ErrorPart> parts;                     ///< the largest share first
     std::string advice;                               ///< the largest part, and what lowers it if that is known
@@ -69,8 +66,6 @@ void describe(Fields& fields, Self& shading) {
     fields.required("rel_rms", shading.relRms, kFigure, "error of the shaded light, with independent parts");
     fields.required("rel_rms_bound", shading.relRmsBound, kFigure, "error if all parts add up");
     fields.required("light_rms", shading.lightRms, kFigure, "RMS of the shaded light");
-    fields.optional("visible_rms", shading.visibleRms, kFigure, "RMS of the visible errors, with independent parts");
-    fields.optional("visible_rms_bound", shading.visibleRmsBound, kFigure, "the same if all parts add up");
     fields.object("lights", "RMS of each kind of light", [&](auto& lights) {
         for (std::size_t i = 0; i < kLightNames.size(); ++i)
             lights.required(kLightNames[i], shading.lights[i], kFigure, "RMS of this light");

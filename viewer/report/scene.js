@@ -77,11 +77,10 @@ const stagesText = ({ stages }) => stages.filter(({ share }) => share > 0).map((
 
 function whole(error) {
   if (!error) return null;
-  const parts = error.parts.filter(({ share }) => share !== 0), { light_maps: maps = [], apart } = error, atMost = "Upper bound of it";
+  const parts = error.parts.filter(({ share }) => share !== 0), { light_maps: maps = [], apart } = error;
   return card("Error of the whole shading",
     make("dl", { class: "facts whole-facts" },
-      fact("Error of the whole shading, RMS", percent(error.rel_rms)), fact(atMost, percent(error.rel_rms_bound)),
-      "visible_rms" in error && [fact("Visible error, RMS", numberText(error.visible_rms)), fact(atMost, numberText(error.visible_rms_bound ?? 0))]),
+      fact("Error of the whole shading, RMS", percent(error.rel_rms)), fact("Upper bound of it", percent(error.rel_rms_bound))),
     partsBar(parts.map(({ asset, kind, shading, share }) => ({ share, color: kindColor(kind), title: `${asset}, ${shading}: ${percentText(share)}` })), error.advice ?? "", false),
     make("p", { class: "sentence" }, error.advice),
     parts.length > 0 && table("shares", ["Asset", "Light", "#Share of the squared error", "#RMS error of its light"], parts.map((part) => [

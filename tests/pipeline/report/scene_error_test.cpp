@@ -115,23 +115,6 @@ TEST(SceneError, PartsAddUpAsSquaresAndAtMostAsTheyAre) {
     EXPECT_TRUE(whole.at("apart").empty());
 }
 
-TEST(SceneError, VisibleErrorsAddUpAsSquaresAndAtMostAsTheyAre) {
-    const auto withVisible = [](Json row, const char* shading, double rms) {
-        row["stages"].back()["error"][shading]["visible"] = {{"rms", rms}, {"p50", 0.1},  {"p95", 0.1},
-                                                             {"p99", 0.1}, {"p999", 0.1}, {"max", 1.0}};
-        return row;
-    };
-    const Json map = withVisible(lightMap("a", 0.01, 0, 1, 0), "diffuse", 3),
-               light = withVisible(dominant("a_dominant", 0.1, 1), "specular", 4);
-    const Json whole = wholeOf({map, light});
-    EXPECT_NEAR(whole.at("visible_rms").get<double>(), 5, 1e-12);
-    EXPECT_NEAR(whole.at("visible_rms_bound").get<double>(), 7, 1e-12);
-    const Json probes = wholeOf({withVisible(withVisible(lightMap("a", 0.01, 0.01, 1, 1), "diffuse", 0), "specular", 0),
-                                 withVisible(probe("p", 0.1, 1), "specular", 2), withVisible(probe("q", 0.1, 1), "specular", 6)});
-    EXPECT_NEAR(probes.at("visible_rms").get<double>(), std::sqrt((4.0 + 36) / 2), 1e-12) << "a pixel sees one of them";
-    EXPECT_FALSE(wholeOf({map, dominant("a_dominant", 0.1, 1)}).contains("visible_rms")) << "a part without visible errors";
-}
-
 TEST(SceneError, APlainCubemapIsSeenWhateverTheAreaSpecular) {
     const Json plain = asset("room", "cubemap", 0, 0.02, {{"specular_rms", 3}});
     const Json whole = wholeOf({lightMap("map", 0, 0.1, 4, 0.5), plain});
