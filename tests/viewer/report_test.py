@@ -148,7 +148,7 @@ class Report(unittest.TestCase):
         pictures = [self.browser.evaluate(f'JSON.parse(document.getElementById("data").textContent).pictures[{json.dumps(worst["view"][side])}]') for side in ('reference', 'cooked')]
         self.assertEqual(self.all('.wipe img', 'src'), pictures)
         self.assertEqual(self.all('.wipe .side'), ['Bake', 'Cooked'])
-        self.assertIn(f'around texel {worst["texel"][0]}, {worst["texel"][1]}', self.section('Before and after, at the worst place'))
+        self.assertIn(f'around texel {worst["texel"][0]}, {worst["texel"][1]}', self.section('Before and after, at the worst place of diffuse light'))
         # "inset(0px 0px 0px 75%)": the cooked picture begins there.
         begins = lambda: float(self.browser.evaluate('getComputedStyle(document.querySelector(".wipe .after")).clipPath').split()[-1].rstrip('%)'))  # noqa: E731
         self.assertEqual(begins(), float(self.all('.wipe input', 'value')[0]))

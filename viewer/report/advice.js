@@ -1,4 +1,4 @@
-// Sentences about memory and error, and the layouts beside the chosen one. Each has figures that were measured in the cook.
+// Sentences about layouts that the scene's list lacks, and the layouts beside the chosen one. Each has figures that were measured in the cook.
 import { bytesText, numberText, percentText } from "../src/units.js";
 import { nameOf, sorted } from "./parts.js";
 
@@ -34,22 +34,6 @@ export function alternativesOf({ trial_candidates: tried, layout, choice, limit 
   };
 }
 
-/** Returns the asset that takes most memory for its error, and the one that makes most error for its memory. */
-function proportions(report) {
-  const used = report.budget.used_bytes, { parts } = report.whole ?? { parts: [] };
-  const shares = report.assets.filter(({ name }) => parts.some(({ asset }) => asset === name)).map((asset) => ({
-    asset, memory: used > 0 ? asset.bytes_gpu / used : 0, error: parts.reduce((sum, { asset: name, share }) => sum + (name === asset.name ? share ?? NaN : 0), 0),
-  })).filter(({ error }) => error >= 0);
-  const sentence = ({ asset, memory, error }, end) =>
-    `${nameOf(asset)} (${bytesText(asset.bytes_gpu)}): ${percentText(memory)} of the memory, ${percentText(error)} of the squared error of ` +
-    `the whole shading. Look here first to ${end}.`;
-  const [heavy] = sorted(shares, ({ memory, error }) => memory - error), [faulty] = sorted(shares, ({ memory, error }) => error - memory);
-  return [
-    ...(heavy && heavy.memory - heavy.error > 0.1 ? [sentence(heavy, "save memory")] : []),
-    ...(faulty && faulty.error - faulty.memory > 0.1 ? [sentence(faulty, "reduce the error")] : []),
-  ];
-}
-
 /** Returns the layout that the scene's list lacks and the map would be better off with. */
 function excluded(asset) {
   const other = asset.better_excluded;
@@ -60,8 +44,8 @@ function excluded(asset) {
     `${numberText(other.visible_then)}, as the trial measured them.`;
 }
 
-/** Returns the sentences of a report, the most important one first. @returns {string[]} */
-export function adviceOf(report) {
-  const assets = sorted(report.assets, ({ bytes_gpu }) => bytes_gpu), found = [...proportions(report), ...assets.map(excluded)].filter((sentence) => sentence !== null);
+/** Returns the sentences of a report, those of the largest asset first. @returns {string[]} */
+export function adviceOf({ assets }) {
+  const found = sorted(assets, ({ bytes_gpu }) => bytes_gpu).map(excluded).filter((sentence) => sentence !== null);
   return found.map((sentence) => sentence[0].toUpperCase() + sentence.slice(1));
 }

@@ -73,7 +73,7 @@ function beforeAndAfter(assets) {
   if (worst) {
     const { asset, place } = worst, below = lastStage(asset).error.diffuse?.visible?.p99;
     return {
-      pair: place.view, kind: "smooth", sides: ["Bake", "Cooked"], title: "Before and after, at the worst place",
+      pair: place.view, kind: "smooth", sides: ["Bake", "Cooked"], title: "Before and after, at the worst place of diffuse light",
       words: `${asset.name} around texel ${place.texel.join(", ")}, the worst of its pictures: visible error ${numberText(place.visible)} there${
         Number.isFinite(below) ? `, below ${numberText(below)} at 99 % of the map's samples` : ""}; 1 is just noticeable. A white surface under the light map alone, without its materials.`,
     };

@@ -132,7 +132,7 @@ export function visibleHistogram(error, limit) {
 
 // Allocations of memory
 
-const FRONTIER = { width: 640, height: 280, left: 58, right: 626, top: 14, bottom: 242 };
+const FRONTIER = { width: 640, height: 280, left: 58, right: 626, top: 24, bottom: 242 };
 
 /** Draws bytes against visible error of the best allocations. A budget between two of them buys the one on the left. */
 export function frontierPlot(points, limit, wordsOf) {
@@ -143,7 +143,7 @@ export function frontierPlot(points, limit, wordsOf) {
   const steps = points.flatMap((point, i) => (i > 0 ? [[at(point)[0], at(points[i - 1])[1]], at(point)] : [at(point)]));
   return plot("", FRONTIER, "Visible error of the whole shading against GPU memory: the best allocations, this cook's marked",
     // Powers of two, of which memory has round figures.
-    grid(FRONTIER, x, y, bytesText, shortText, "GPU memory of the scene", Array.from({ length: 50 }, (_, i) => 2 ** i)),
+    grid(FRONTIER, x, y, bytesText, shortText, "GPU memory of the scene", Array.from({ length: 50 }, (_, i) => 2 ** i)), label("tick", 2, 11, "Visible error"),
     limit > 0 && [line("limit", x.at(limit), top, x.at(limit), bottom), label("tick end limit", x.at(limit) - 5, top + 8, "budget")],
     draw("polyline", { class: "trendline", points: steps.map((step) => step.map(place).join(",")).join(" ") }),
     points.map((point) => draw("g", { class: point.chosen ? "chosen" : "other" },
