@@ -24,7 +24,7 @@ TOKEN = re.compile(r"""
     (?P<skip>//[^\n]*|/\*.*?\*/|\s+|^[ \t]*\#(?:\\\n|[^\n])*)
   | (?P<text>"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])')
   | (?P<name>[A-Za-z_]\w*(?:::[A-Za-z_]\w*)*)
-  | (?P<number>0[xX][0-9a-fA-F'.]+(?:[pP][+-]?\d+[fF]?|[uUlL]*)|(?:\d[\d']*\.?[\d']*|\.\d+)(?:[eE][+-]?\d+)?[fFuUlLzZ]*)
+  | (?P<number>0[bB][01']+[uUlL]*|0[xX][0-9a-fA-F'.]+(?:[pP][+-]?\d+[fF]?|[uUlL]*)|(?:\d[\d']*\.?[\d']*|\.\d+)(?:[eE][+-]?\d+)?[fFuUlLzZ]*)
   | (?P<sign><<=|>>=|<=>|->|\+\+|--|<<|>>|<=|>=|==|!=|&&|\|\||[-+*/%&|^]=|::|.)
 """, re.X | re.S | re.M)
 
@@ -62,9 +62,11 @@ def changed_number(token, rng):
     """A literal of the same type and another value."""
     if re.search("[pP]", token) and token[:2] in ("0x", "0X"):
         return f"(2 * {token})"
-    digits = re.match(r"0[xX][0-9a-fA-F']+|[\d.']+(?:[eE][+-]?\d+)?", token).group()
+    digits = re.match(r"0[bB][01']+|0[xX][0-9a-fA-F']+|[\d.']+(?:[eE][+-]?\d+)?", token).group()
     suffix = token[len(digits):]
     plain = digits.replace("'", "")
+    if plain[:2] in ("0b", "0B"):
+        return bin(int(plain, 2) + 1) + suffix
     if plain[:2] in ("0x", "0X"):
         return hex(int(plain, 16) + 1) + suffix
     if re.search(r"[.eE]", plain) or suffix in ("f", "F"):
@@ -91,7 +93,7 @@ def places_of(text, is_shader):
                 name, other = rng.choice(OPERATORS[token])
                 return f"{token} ::lightcook::mutants::{name}<{number}>{{}} {token}", other
             yield "operator", start, end, operator
-        elif kind == "number" and not is_in_list and not (token == "0" and before[1] == "="):
+        elif kind == "number" and not is_in_list and not (token == "0" and before[1] == "=") and before[1] != "case":
             def number_(number, rng, token=token):
                 other = changed_number(token, rng)
                 return f"(::lightcook::mutants::is({number}) ? {other} : {token})", other
