@@ -15,6 +15,12 @@ foreach(kind test json_test)
 endforeach()
 target_precompile_headers(json_test_headers PRIVATE <nlohmann/json.hpp> <fmt/format.h>)
 
+# The clock of ./dev soak, in every test program.
+add_library(soak_clock OBJECT ${PROJECT_SOURCE_DIR}/tests/soak/clock.cpp)
+target_link_libraries(soak_clock PRIVATE ${test_libraries})
+target_compile_options(soak_clock PRIVATE ${test_options})
+target_precompile_headers(soak_clock REUSE_FROM test_headers)
+
 # Builds the tests of ./dev soak that nothing else needs: the programs that lightcook_test(... SOAK) makes.
 add_custom_target(soak_tests)
 
@@ -52,8 +58,8 @@ endfunction()
 #   UNITY          with LIGHTCOOK_UNITY the sources of a program are compiled several at a time, so names in their unnamed namespaces differ
 #   COST           ctest begins with the suites of the largest, so that no long one is left for the end
 #   JSON           the sources include nlohmann/json.hpp and fmt/format.h
-# Suites with Soak in their name, and all of a SOAK program, carry the label "soak": ./dev test leaves them out, ./dev soak runs them with
-# LIGHTCOOK_SOAK=1.
+# Suites with Soak in their name, and all of a SOAK program, carry the label "soak": ./dev test leaves them out, ./dev soak runs them
+# (tests/soak).
 function(lightcook_test module)
   cmake_parse_arguments(ARG "JSON;UNITY;SOAK" "COST;PART" "SOURCES;OPENIMAGEIO;NOT_SANITIZED;LIBRARIES;DEFINITIONS" ${ARGN})
   if(NOT LIGHTCOOK_SANITIZE)
@@ -90,7 +96,7 @@ function(lightcook_test module)
     set(kind json_test)
   endif()
   foreach(program ${programs})
-    target_link_libraries(${program} PRIVATE ${${kind}_libraries} ${ARG_LIBRARIES})
+    target_link_libraries(${program} PRIVATE soak_clock ${${kind}_libraries} ${ARG_LIBRARIES})
     if(TARGET ${module})
       target_link_libraries(${program} PRIVATE ${module})
     endif()

@@ -277,9 +277,12 @@ def check_kills(cluster, count):
     start = time.monotonic()
     assert cluster.cook(slow=True).code == 0
     whole = time.monotonic() - start
-    seeds = random.Random(1)
+    seeds = random.Random(int(os.environ.get("LIGHTCOOK_SOAK_SEED", 1)))
+    until = start + float(os.environ.get("LIGHTCOOK_SOAK_SECONDS", "inf"))
     counts = {}
     for number in range(count):
+        if time.monotonic() > until:
+            break
         cluster.forget(*seeds.sample(("cook", "cache", *NODES), seeds.randint(1, 4)))
         running = cluster.start("--force", slow=True)
         time.sleep(seeds.uniform(0, whole))
@@ -313,6 +316,7 @@ def check_kills(cluster, count):
         cluster.expect_same()
         if number % 20 == 19:
             print(f"{number + 1} kills: {counts}", flush=True)
+    print(f"soak: {sum(counts.values())} kills")
 
 
 def main():

@@ -10,6 +10,7 @@
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/report.h"
 #include "tests/formats/temporary_folder.h"
+#include "tests/soak/soak.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -68,6 +69,7 @@ protected:
             }
         }
         std::printf("figures %d flipped bytes in %zu files\n", flips, files.size());
+        test::countInSoak(flips, "flipped bytes");
         EXPECT_EQ(filesOf(cooked()), files) << "as it was before";
     }
 

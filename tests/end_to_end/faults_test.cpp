@@ -12,10 +12,12 @@
 #include <cerrno>
 #include <cstdlib>
 #include <map>
+#include <random>
 #include <sstream>
 
 #include "tests/end_to_end/faults.h"
 #include "tests/pipeline/small_scene.h"
+#include "tests/soak/soak.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -170,30 +172,37 @@ protected:
     }
 
     /// Lets calls of each row fail.
-    /// share  of those that fail in ./dev test; 0: all
+    /// all  every call, in random order, as many as the soak has time for; false: those of ./dev test
     static void failEach(bool all) {
-        int runs = 0, failed = 0, refused = 0;
+        const test::SoakTime time;
+        std::vector<std::pair<const Row*, std::uint64_t>> chosen;
         for (const Row& row : kRows) {
-            std::vector<std::uint64_t> calls = callsOf(row);
+            const std::vector<std::uint64_t> calls = callsOf(row);
             ASSERT_GT(calls.size(), 0u);
             const std::size_t step = all ? 1 : std::max<std::size_t>(1, calls.size() / static_cast<std::size_t>(row.inTest));
             // From the end, where a run has done most; begins elsewhere in each row.
-            for (std::size_t index = calls.size() - 1 - runs % step; index < calls.size(); index -= step) {
-                const std::string fault = fmt::format("{}:{}:{}", faults::kKindNames[row.kind], calls[index], row.how);
-                SCOPED_TRACE(row.command->front() + " " + fault);
-                removeOutputs();
-                const int code = run(*row.command, fault);
-                failed += calls_->failed > 0 ? 1 : 0;
-                refused += code != 0 ? 1 : 0;
-                expectCleanEnd(row, code);
-                if (row.command == &kCook && (all || runs % 5 == 0)) {
-                    ASSERT_EQ(run(kCook, ""), 0) << "the next cook: " << contentOf(*scene_ / "log");
-                    expectWholeFiles(true);
-                }
-                ++runs;
-            }
+            for (std::size_t index = calls.size() - 1 - chosen.size() % step; index < calls.size(); index -= step)
+                chosen.emplace_back(&row, calls[index]);
         }
-        fmt::print("{} runs, {} with a call that failed, of which {} ended with an error\n", runs, failed, refused);
+        if (all) std::ranges::shuffle(chosen, std::mt19937_64(test::soakSeed()));
+        int runs = 0, failed = 0, refused = 0;
+        for (const auto& [row, call] : chosen) {
+            if (all && runs > 0 && time.isOver()) break;
+            const std::string fault = fmt::format("{}:{}:{}", faults::kKindNames[row->kind], call, row->how);
+            SCOPED_TRACE(row->command->front() + " " + fault);
+            removeOutputs();
+            const int code = run(*row->command, fault);
+            failed += calls_->failed > 0 ? 1 : 0;
+            refused += code != 0 ? 1 : 0;
+            expectCleanEnd(*row, code);
+            if (row->command == &kCook && (all || runs % 5 == 0)) {
+                ASSERT_EQ(run(kCook, ""), 0) << "the next cook: " << contentOf(*scene_ / "log");
+                expectWholeFiles(true);
+            }
+            ++runs;
+        }
+        fmt::print("{} of {} calls, {} runs with one that failed, of which {} ended with an error\n", runs, chosen.size(), failed, refused);
+        test::countInSoak(failed, "calls that failed");
         EXPECT_GE(10 * failed, 9 * runs) << "the runs make the calls that were counted";
     }
 

@@ -15,6 +15,7 @@
 #include "formats/plain_image.h"
 #include "pipeline/command/command.h"
 #include "tests/pipeline/small_scene.h"
+#include "tests/soak/soak.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -193,6 +194,7 @@ void Interrupt::interruptEveryCommand(bool inTurn) {
             for (const char* output : {"out", "out.ktx2", "out.exr"}) fs::remove_all(*scene_ / output);
             EXPECT_EQ(entries(), before);
         }
+    test::countInSoak(runs, "interrupts");
     EXPECT_GE(4 * interrupted, runs) << "most commands run longer than the delays";
 }
 

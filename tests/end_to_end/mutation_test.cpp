@@ -13,6 +13,7 @@
 #include "pipeline/report/exit_codes.h"
 #include "tests/end_to_end/cooked_copy.h"
 #include "tests/pipeline/small_scene.h"
+#include "tests/soak/soak.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -76,6 +77,7 @@ void expectCaught(const Cooked& cooked, const std::vector<Fault>& faults) {
         for (const formats::Error& error : outcome.errors) lines += error.line() + "\n";
         EXPECT_THAT(lines, testing::HasSubstr(fault.word));
     }
+    test::countInSoak(std::ssize(faults), "faults of cooked files");
 }
 
 // ---- ways to be wrong ----
@@ -925,6 +927,7 @@ void expectConstantsCaught(const Cooked& cooked, const std::string& asset) {
         EXPECT_TRUE(!outcome.errors.empty() || statedError(outcome) != right)
             << asset << place << ": " << before << " -> " << copy.constants()[place];
     }
+    test::countInSoak(std::ssize(places), "faults of cooked files");
 }
 
 TEST(MutationSoak, OfEachConstantIsCaught) {

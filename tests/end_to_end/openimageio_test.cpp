@@ -17,6 +17,7 @@
 #include "pipeline/cook/cook.h"
 #include "pipeline/manifest/manifest.h"
 #include "tests/formats/temporary_folder.h"
+#include "tests/soak/soak.h"
 #include "verify/texture_unit.h"
 
 namespace lightcook::pipeline {
@@ -142,6 +143,7 @@ protected:
         for (const auto& [format, worst] : worst_)
             std::printf("figures   %-12s largest difference %.3g, allowed %.3g\n", std::string(formats::info(format).name).c_str(), worst,
                         allowedOf(format));
+        test::countInSoak(count_.textures, "textures read by OpenImageIO");
     }
     std::filesystem::path out() const { return folder_ / "out"; }
 

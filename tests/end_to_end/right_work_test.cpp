@@ -1,15 +1,17 @@
 // Right work passes and is warned of nowhere: a matrix of kinds of light x layouts x targets x settings, cooked with no limit but those
 // that the program sets itself. Each cook must end without an error, and lint must find nothing.
 //
-// The settings of a cook are effort, objective and materials. RightWorkSoak runs the whole product, and the public scenes under every
-// layout. RightWork runs a tenth of the kinds x layouts x targets, with one of the settings each: another tenth and other settings every
-// day, so that ten days of CI see every place of the matrix. LIGHTCOOK_RIGHT_WORK_DAY names a day, to repeat what failed on it.
+// The settings of a cook are effort, objective and materials. RightWorkSoak runs the whole product in random order, and the public scenes
+// under every layout. RightWork runs a tenth of the kinds x layouts x targets, with one of the settings each: another tenth and other
+// settings every day, so that ten days of CI see every place of the matrix. LIGHTCOOK_RIGHT_WORK_DAY names a day, to repeat what failed on
+// it.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <chrono>
 #include <cstdlib>
 #include <map>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -19,6 +21,7 @@
 #include "formats/target.h"
 #include "pipeline/cook/cook.h"
 #include "tests/formats/temporary_folder.h"
+#include "tests/soak/soak.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -121,6 +124,7 @@ public:
             all.warned += count.warned;
         }
         fmt::print("{:14} {:5} cooks, {} refused, {} warned of\n", "all", all.cooks, all.refused, all.warned);
+        test::countInSoak(all.cooks, "cooks of right work");
     }
 
 private:
@@ -152,21 +156,31 @@ TEST(RightWork, ATenthOfTheMatrixPassesWithoutAWarning) {
     fmt::print("day {}\n", day);
 }
 
+/// Cooks the places in random order, as many as there is time for.
+void cookInTime(Matrix& matrix, std::vector<Cell> cells) {
+    const test::SoakTime time;
+    std::ranges::shuffle(cells, std::mt19937_64(test::soakSeed()));
+    for (std::size_t i = 0; i < cells.size() && (i == 0 || !time.isOver()); ++i) matrix.cook(cells[i]);
+    matrix.print();
+}
+
 TEST(RightWorkSoak, TheWholeMatrixPassesWithoutAWarning) {
     Matrix matrix;
-    for (Cell cell : cellsOf(bench::lightKinds()))
-        for (cell.setting = 0; cell.setting < kSettings; ++cell.setting) matrix.cook(cell);
-    matrix.print();
+    std::vector<Cell> cells;
+    for (const Cell& cell : cellsOf(bench::lightKinds()))
+        for (int setting = 0; setting < kSettings; ++setting) cells.push_back({cell.kind, cell.layout, cell.target, setting});
+    cookInTime(matrix, std::move(cells));
 }
 
 TEST(RightWorkSoak, ThePublicScenesPassUnderEveryLayout) {
     const std::filesystem::path scenes = std::filesystem::path(LIGHTCOOK_SHARED_DATA) / "scenes";
     if (!std::filesystem::exists(scenes)) GTEST_SKIP() << "no shared data at " << scenes;
     Matrix matrix;
+    std::vector<Cell> cells;
     for (const char* scene : {"cornell", "interior", "outdoor", "zdm2_sun"})
         for (const std::string& layout : layoutsWithoutMesh())
-            matrix.cook({(scenes / (std::string(scene) + "_lightmap.exr")).string(), layout, formats::Target::Bc, 1});
-    matrix.print();
+            cells.push_back({(scenes / (std::string(scene) + "_lightmap.exr")).string(), layout, formats::Target::Bc, 1});
+    cookInTime(matrix, std::move(cells));
 }
 
 }  // namespace

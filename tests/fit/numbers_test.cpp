@@ -312,24 +312,24 @@ TEST(FitNumbers, Filters) {
     expectFilters({30});
 }
 TEST(FitNumbersSoak, Projection) {
-    expectProjection(test::soakBudget(), false);
-    expectProjection(test::soakBudget(), true);
+    expectProjection(test::soakBudget(2), false);
+    expectProjection(test::soakBudget(2), true);
 }
 TEST(FitNumbersSoak, Kernels) {
-    expectKernels(test::soakBudget());
+    expectKernels(test::soakBudget(3));
 }
 TEST(FitNumbersSoak, Lights) {
-    expectLights(test::soakBudget(), false);
-    expectLights(test::soakBudget(), true);
+    expectLights(test::soakBudget(4), false);
+    expectLights(test::soakBudget(4), true);
 }
 TEST(FitNumbersSoak, Dominant) {
-    expectDominant(test::soakBudget());
+    expectDominant(test::soakBudget(4));
 }
 TEST(FitNumbersSoak, Window) {
     expectWindow(test::soakBudget(), 1e-45, kMostFloat);
 }
 TEST(FitNumbersSoak, Filters) {
-    expectFilters(test::soakBudget());
+    expectFilters(test::soakBudget(2));
 }
 
 }  // namespace

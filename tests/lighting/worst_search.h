@@ -8,16 +8,18 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
 #include <iostream>
 #include <limits>
 #include <random>
 #include <span>
 #include <string>
 #include <vector>
+
+#include "tests/soak/soak.h"
 
 namespace lightcook::test {
 
@@ -37,10 +39,9 @@ struct SearchBudget {
     double seconds = 0;  ///< more than 0: in place of a number of evaluations
     std::uint64_t seed = 1;
 };
-/// Returns the budget of a soak test: LIGHTCOOK_SOAK_SECONDS, or 5.
-inline SearchBudget soakBudget() {
-    const char* asked = std::getenv("LIGHTCOOK_SOAK_SECONDS");
-    return {0, asked == nullptr ? 5.0 : std::atof(asked), 2};
+/// Returns the budget of one of `searches` of a soak test, which share its time.
+inline SearchBudget soakBudget(int searches = 1) {
+    return {0, std::max(0.1, soakSeconds() / searches), soakSeed() + 1};
 }
 
 struct WorstInput {
@@ -162,6 +163,7 @@ WorstInput expectHolds(const std::string& statement, std::span<const SearchRange
                        const Ratio& ratioOf) {
     WorstInput worst = WorstSearch(ranges, budget).run(ratioOf);
     std::cout << statement << ": worst " << worst.ratio << " in " << worst.tried << " inputs\n";
+    if (budget.seconds > 0) countInSoak(worst.tried, "inputs searched");
     EXPECT_LE(worst.ratio, 1) << statement << " at " << worst;
     return worst;
 }

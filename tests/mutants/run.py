@@ -3,6 +3,7 @@
 
 BUILD holds lightcook, lightcook_mutants and verify_tests_mutants, SEEDED is the folder that seed.py wrote. Of the faults, the first N (200)
 are taken whose code runs for one of the scenes. Limits of the scenes are MARGIN times the errors of a right cook.
+LIGHTCOOK_SOAK_SECONDS ends it earlier; LIGHTCOOK_SOAK_SEED chooses which of the N come first.
 
 Fault of the encoders: the changed program cooks, which ends with a verification by code that has no fault.
   caught        the cook ends with an error, or not in ten times its time
@@ -24,10 +25,12 @@ import concurrent.futures
 import json
 import os
 import pathlib
+import random
 import shutil
 import subprocess
 import sys
 import tempfile
+import time
 
 try:
     import numpy
@@ -332,6 +335,7 @@ def prepare(shop, scene):
 
 
 def measure(options, folder, pool):
+    until = time.monotonic() + float(os.environ.get("LIGHTCOOK_SOAK_SECONDS", "inf"))
     shop = Workshop(options.build, folder)
     list(pool.map(lambda scene: prepare(shop, scene), SCENES))
     faults, runs = json.loads((options.seeded / "mutants.json").read_text()), []
@@ -344,7 +348,12 @@ def measure(options, folder, pool):
     print(f"{len(faults)} faults, {sum(fault['runs'] for fault in faults)} run, {len(runs)} taken; seconds of the scenes: "
           + ", ".join(f"{scene.name} {scene.seconds:.1f}" for scene in SCENES), flush=True)
 
+    if seed := os.environ.get("LIGHTCOOK_SOAK_SEED"):
+        random.Random(int(seed)).shuffle(runs)
+
     def judge(run):
+        if time.monotonic() > until:
+            return None
         fault, scenes = run
         own = folder / f"fault{fault['number']}"
         own.mkdir()
@@ -355,7 +364,8 @@ def measure(options, folder, pool):
             print(json.dumps(fault), flush=True)
         return fault
 
-    judged = list(pool.map(judge, runs))
+    judged = [fault for fault in pool.map(judge, runs) if fault]
+    print(f"soak: {len(judged)} mutants")
     if options.json:
         options.json.write_text(json.dumps(judged, indent=1))
     table = collections.Counter((fault["group"], fault["class"]) for fault in judged)

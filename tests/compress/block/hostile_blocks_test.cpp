@@ -1,9 +1,7 @@
 // Random and adversarial texels at every effort: nothing crashes, all decoded values are finite, instruction sets agree, and the decoded
-// texels of encodeRows are those that the verifier reads. A quarter of a million blocks; in the soak test LIGHTCOOK_SOAK_BLOCKS.
-#include <cstdlib>
-#include <iostream>
-
+// texels of encodeRows are those that the verifier reads. A quarter of a million blocks; in the soak as many as there is time for.
 #include "tests/compress/hostile_blocks.h"
+#include "tests/soak/soak.h"
 
 namespace lightcook::compress::test {
 namespace {
@@ -14,8 +12,8 @@ using formats::PixelFormat;
 constexpr std::array<double, 10> kSoakShares = {0.30, 0.20, 0.15, 0.12, 0.10, 0.06, 0.04, 0.02, 0.008, 0.002};
 constexpr int kBlocksAtOnce = 8192;
 
-/// Encodes about blockCount blocks and prints the count, because a soak test that silently did nothing looks like one that passed.
-void soak(PixelFormat format, int level, std::int64_t blockCount, std::uint64_t seed) {
+/// Encodes about blockCount blocks.
+void encodeHostile(PixelFormat format, int level, std::int64_t blockCount, std::uint64_t seed) {
     Random random(seed * 131 + static_cast<std::uint64_t>(format) * 17 + static_cast<std::uint64_t>(level));
     while (blockCount > 0) {
         const auto count = static_cast<int>(std::min<std::int64_t>(blockCount, kBlocksAtOnce));
@@ -61,10 +59,10 @@ constexpr auto kBlockFormats = {PixelFormat::Bc1,      PixelFormat::Bc3,      Pi
                                 PixelFormat::Bc6hUf16, PixelFormat::Bc6hSf16, PixelFormat::Bc7};
 
 TEST_P(HostileFormat, ManyAreSoundAtCheapEfforts) {
-    soak(GetParam(), 0, 16000, 1);
-    soak(GetParam(), 1, 8000, 1);
-    soak(GetParam(), 3, 4000, 1);
-    soak(GetParam(), 5, 800, 1);
+    encodeHostile(GetParam(), 0, 16000, 1);
+    encodeHostile(GetParam(), 1, 8000, 1);
+    encodeHostile(GetParam(), 3, 4000, 1);
+    encodeHostile(GetParam(), 5, 800, 1);
 }
 INSTANTIATE_TEST_SUITE_P(Encoders, HostileFormat, testing::ValuesIn(kBlockFormats), nameOf);
 
@@ -223,8 +221,8 @@ TEST(HostileBlocks, SignificanceOfAnySizeGivesTheSameBytes) {
 
 class HostileAstc : public testing::TestWithParam<PixelFormat> {};
 TEST_P(HostileAstc, ThousandsAreSoundAtCheapEfforts) {
-    soak(GetParam(), 0, 1600, 1);
-    soak(GetParam(), 2, 800, 1);
+    encodeHostile(GetParam(), 0, 1600, 1);
+    encodeHostile(GetParam(), 2, 800, 1);
 }
 INSTANTIATE_TEST_SUITE_P(Encoders, HostileAstc,
                          testing::Values(PixelFormat::Astc4x4Hdr, PixelFormat::Astc6x6Hdr, PixelFormat::Astc8x8Hdr,
@@ -233,7 +231,7 @@ INSTANTIATE_TEST_SUITE_P(Encoders, HostileAstc,
 
 class HostileTexels : public testing::TestWithParam<PixelFormat> {};
 TEST_P(HostileTexels, FormatsWithoutBlocksAreSound) {
-    soak(GetParam(), 5, 5000, 1);
+    encodeHostile(GetParam(), 5, 5000, 1);
 }
 INSTANTIATE_TEST_SUITE_P(Encoders, HostileTexels,
                          testing::Values(PixelFormat::Rgb9e5, PixelFormat::R11g11b10f, PixelFormat::Rgba16f, PixelFormat::Rgb16f,
@@ -241,18 +239,13 @@ INSTANTIATE_TEST_SUITE_P(Encoders, HostileTexels,
                                          PixelFormat::Rgba8Srgb),
                          nameOf);
 
-/// A fifth of the soak's blocks, over seven formats; the rest is used by the tests of the decoders.
 class HostileBlocksSoak : public testing::TestWithParam<PixelFormat> {};
 TEST_P(HostileBlocksSoak, EveryEffort) {
-    const char* asked = std::getenv("LIGHTCOOK_SOAK_BLOCKS");
-    const double blocks = (asked ? std::atof(asked) : 1e8) / 5 / static_cast<double>(kBlockFormats.size());
-    const char* seed = std::getenv("LIGHTCOOK_SOAK_SEED");
-    for (int level = 0; level < 10; ++level) {
-        const auto count = static_cast<std::int64_t>(std::ceil(blocks * kSoakShares[static_cast<std::size_t>(level)]));
-        soak(GetParam(), level, count, seed ? std::strtoull(seed, nullptr, 10) : 2);
-        std::cout << formats::info(GetParam()).name << " effort " << level << ": " << count << " blocks\n" << std::flush;
-        if (HasFailure()) return;
-    }
+    constexpr double kBlocks = 10000;
+    lightcook::test::repeatInSoak("blocks encoded", static_cast<std::int64_t>(kBlocks), [](std::uint64_t seed) {
+        for (int level = 0; level < 10; ++level)
+            encodeHostile(GetParam(), level, std::llround(kBlocks * kSoakShares[static_cast<std::size_t>(level)]), seed);
+    });
 }
 INSTANTIATE_TEST_SUITE_P(Encoders, HostileBlocksSoak, testing::ValuesIn(kBlockFormats), nameOf);
 

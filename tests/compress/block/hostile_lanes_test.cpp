@@ -1,12 +1,12 @@
 // Hostile blocks through the kernels with one lane and with a whole vector: the codes are the same.
 #include "tests/compress/hostile_blocks.h"
 //
-#include <cstdlib>
 
 #include "compress/bc1/fit-inl.h"
 #include "compress/bc4/fit-inl.h"
 #include "compress/bc6h/fit-inl.h"
 #include "compress/bc7/full/search-inl.h"
+#include "tests/soak/soak.h"
 
 // The kernels are compiled for Highway's target, so the code that inlines them must be too.
 HWY_BEFORE_NAMESPACE();
@@ -67,8 +67,9 @@ std::vector<Result> hostileResults(const std::vector<Block>& blocks, Fit fit, Ru
 
 /// Compares Fit<D> with one lane and with all lanes over hostile blocks, a multiple of every vector width at a time.
 template <template <class> class Fit, class Result, class Search, class Run, class... More>
-void expectAlike(PixelFormat format, int level, std::int64_t blockCount, const Search& search, Run run, const More&... more) {
-    Random random(static_cast<std::uint64_t>(level) + 77);
+void expectAlike(PixelFormat format, int level, std::int64_t blockCount, std::uint64_t seed, const Search& search, Run run,
+                 const More&... more) {
+    Random random(static_cast<std::uint64_t>(level) + seed);
     for (; blockCount > 0; blockCount -= 4096) {
         HostileImage image = makeHostileImage(random, static_cast<int>(std::min<std::int64_t>(4096, blockCount + 63) / 64 * 64), level);
         const std::vector<Block> blocks = blocksOf(image, format, random);
@@ -94,25 +95,25 @@ using UnsignedFit = kernel::Bc6hFit<D, false>;
 template <class D>
 using SignedFit = kernel::Bc6hFit<D, true>;
 
-void expectLanesAlike(int level, std::int64_t blockCount) {
+void expectLanesAlike(int level, std::int64_t blockCount, std::uint64_t seed) {
     const auto plain = [](auto& fit, const auto& blocks, auto* found) { fit.run(blocks, found); };
-    expectAlike<UnsignedFit, Bc6hResult>(PixelFormat::Bc6hUf16, level, blockCount, bc6hSearchOf(level), plain);
-    expectAlike<SignedFit, Bc6hResult>(PixelFormat::Bc6hSf16, level, blockCount, bc6hSearchOf(level), plain);
-    expectAlike<kernel::Bc7FullSearch, Bc7Result>(PixelFormat::Bc7, level, blockCount, bc7SearchOf(level), plain);
-    expectAlike<kernel::Bc1Fit, Bc1Result>(PixelFormat::Bc1, level, blockCount, bc1SearchOf(level), plain, true);
+    expectAlike<UnsignedFit, Bc6hResult>(PixelFormat::Bc6hUf16, level, blockCount, seed, bc6hSearchOf(level), plain);
+    expectAlike<SignedFit, Bc6hResult>(PixelFormat::Bc6hSf16, level, blockCount, seed, bc6hSearchOf(level), plain);
+    expectAlike<kernel::Bc7FullSearch, Bc7Result>(PixelFormat::Bc7, level, blockCount, seed, bc7SearchOf(level), plain);
+    expectAlike<kernel::Bc1Fit, Bc1Result>(PixelFormat::Bc1, level, blockCount, seed, bc1SearchOf(level), plain, true);
     if (level == 9) return;  // searches every pair of ends without lanes
-    expectAlike<kernel::Bc4Fit, Bc4Result>(PixelFormat::Bc4, level, blockCount, bc4SearchOf(level),
+    expectAlike<kernel::Bc4Fit, Bc4Result>(PixelFormat::Bc4, level, blockCount, seed, bc4SearchOf(level),
                                            [](auto& fit, const Block* const* at, auto* found) { fit.run(at, 1, found); });
 }
 
 TEST(HostileLanes, OneLaneIsAsAll) {
-    for (const int level : {0, 2, 5}) expectLanesAlike(level, 2048);
+    for (const int level : {0, 2, 5}) expectLanesAlike(level, 2048, 77);
 }
 
 TEST(HostileLanesSoak, OneLaneIsAsAllAtEveryEffort) {
-    const char* asked = std::getenv("LIGHTCOOK_SOAK_BLOCKS");
-    const double blocks = (asked ? std::atof(asked) : 1e8) / 400;
-    for (int level = 0; level < 10; ++level) expectLanesAlike(level, static_cast<std::int64_t>(blocks / std::exp2(level)) + 64);
+    lightcook::test::repeatInSoak("blocks encoded", 4 * 8320 + 8256, [](std::uint64_t seed) {
+        for (int level = 0; level < 10; ++level) expectLanesAlike(level, 4096 >> level, 10 * seed);
+    });
 }
 
 }  // namespace

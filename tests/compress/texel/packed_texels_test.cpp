@@ -172,7 +172,7 @@ TEST(PackedTexelNumbers, AnyColourHasTheStatedError) {
     searchColours({4000});
 }
 TEST(PackedTexelNumbersSoak, AnyColourHasTheStatedError) {
-    searchColours(lightcook::test::soakBudget());
+    searchColours(lightcook::test::soakBudget(3));
 }
 
 TEST(PackedTexels, ValuesBeyondTheFormatAreClampedAndCounted) {

@@ -10,11 +10,12 @@
 #include "fit/irradiance.h"
 #include "fit/pre_divide.h"
 #include "tests/fit/brute_force.h"
+#include "tests/soak/soak.h"
 
 namespace lightcook {
 namespace {
 
-constexpr long long kCases = 100'000, kSoakCases = 100'000'000;
+constexpr long long kCases = 100'000;
 constexpr fit::PrefilterKernel kKernels[] = {fit::PrefilterKernel::Beckmann, fit::PrefilterKernel::Ggx, fit::PrefilterKernel::Phong};
 
 /// Zero, denormal, ordinary or enormous.
@@ -32,8 +33,8 @@ float anyLight(truth::Random& random) {
 }
 
 /// Non-negative light has |band 1| <= sqrt(3) band 0 and |band 2| <= sqrt(5) band 0, and the projection is linear.
-void projectAnything(long long cases) {
-    truth::Random random(101);
+void projectAnything(long long cases, std::uint64_t seed) {
+    truth::Random random(seed);
     for (long long i = 0; i < cases; i += 3) {  // three channels, three cases
         formats::Environment environment =
             random.below(2) == 0 ? truth::constantEquirectangular(4, 2, glm::vec3(0)) : truth::constantEquirectangular(2, 1, glm::vec3(0));
@@ -52,9 +53,9 @@ void projectAnything(long long cases) {
 }
 
 /// stored * S == prefiltered and S >= epsilon * mean (deringing), for light of any magnitude and SH with negative lobes.
-void divideAnything(long long cases) {
+void divideAnything(long long cases, std::uint64_t seed) {
     constexpr int kSize = 16, kTexels = 3 * kSize * kSize;
-    truth::Random random(102);
+    truth::Random random(seed);
     for (long long done = 0; done < cases; done += kTexels) {
         lighting::ShRgb sh{};
         for (int channel = 0; channel < 3; ++channel) {
@@ -116,29 +117,29 @@ void evaluateAnything(long long cases, std::uint64_t seed) {
         }
     }
 }
-void evaluateAnyKernel(long long cases) {
-    evaluateAnything<fit::PrefilterKernel::Beckmann>(cases, 103);
-    evaluateAnything<fit::PrefilterKernel::Ggx>(cases, 104);
-    evaluateAnything<fit::PrefilterKernel::Phong>(cases, 105);
+void evaluateAnyKernel(long long cases, std::uint64_t seed) {
+    evaluateAnything<fit::PrefilterKernel::Beckmann>(cases, seed);
+    evaluateAnything<fit::PrefilterKernel::Ggx>(cases, seed + 1);
+    evaluateAnything<fit::PrefilterKernel::Phong>(cases, seed + 2);
 }
 
 TEST(EnvironmentProperties, ProjectedBandsKeepTheirBounds) {
-    projectAnything(kCases);
+    projectAnything(kCases, 101);
 }
 TEST(EnvironmentProperties, DivisionMultipliesBack) {
-    divideAnything(kCases);
+    divideAnything(kCases, 102);
 }
 TEST(EnvironmentProperties, KernelsInLanesAreTheKernels) {
-    evaluateAnyKernel(kCases);
+    evaluateAnyKernel(kCases, 103);
 }
 TEST(EnvironmentSoak, ProjectedBandsKeepTheirBounds) {
-    projectAnything(kSoakCases);
+    test::repeatInSoak("random cases", kCases, [](std::uint64_t seed) { projectAnything(kCases, seed); });
 }
 TEST(EnvironmentSoak, DivisionMultipliesBack) {
-    divideAnything(kSoakCases);
+    test::repeatInSoak("random cases", kCases, [](std::uint64_t seed) { divideAnything(kCases, seed); });
 }
 TEST(EnvironmentSoak, KernelsInLanesAreTheKernels) {
-    evaluateAnyKernel(kSoakCases);
+    test::repeatInSoak("random cases", 3 * kCases, [](std::uint64_t seed) { evaluateAnyKernel(kCases, 3 * seed); });
 }
 
 /// Faces of 1 x 1 and panoramas of 1 x 2 texels, black, denormal and enormous, at all allowed roughnesses: results are finite, within the

@@ -12,6 +12,7 @@
 #include "fit/dominant_light.h"
 #include "tests/fit/brute_force.h"
 #include "tests/fit/dominant/random_light.h"
+#include "tests/soak/soak.h"
 
 namespace lightcook {
 namespace {
@@ -129,8 +130,8 @@ TEST(LightSearch, IsFiniteAndNoWorseThanTheHintForManyLights) {
     checkManyCases(1, 100000);
 }
 
-TEST(LightSearchSoak, IsFiniteAndNoWorseThanTheHintForAHundredMillionLights) {
-    checkManyCases(2, 100000000);
+TEST(LightSearchSoak, IsFiniteAndNoWorseThanTheHint) {
+    test::repeatInSoak("random cases", 100000, [](std::uint64_t seed) { checkManyCases(seed, 100000); });
 }
 
 TEST(LightSearch, UnexplainedIsTheErrorOfTheDefinition) {
@@ -148,8 +149,8 @@ TEST(LightSearch, UnexplainedIsTheErrorOfTheDefinition) {
 }
 
 /// At most 1e-3 worse than a dense search, except for one texel in ten thousand: noise whose maxima are separated by a kink that the grid
-/// of starts misses. Those are within 1e-2.
-void checkAgainstDenseSearch(std::uint64_t seed, int count, int directionCount) {
+/// of starts misses. Those are within 1e-2. Returns their count.
+int missedByADenseSearch(std::uint64_t seed, int count, int directionCount) {
     truth::Random random(seed);
     double worst = 0;
     int missed = 0;
@@ -160,20 +161,25 @@ void checkAgainstDenseSearch(std::uint64_t seed, int count, int directionCount) 
         const double truth = residual(densestError(sh, hasAmbient, directionCount));
         worst = std::max(worst, found - truth);
         if (found > truth + 1e-3) ++missed;
-        ASSERT_LT(found, truth + 1e-2) << i << " of seed " << seed;
+        EXPECT_LT(found, truth + 1e-2) << i << " of seed " << seed;
     }
-    EXPECT_LE(missed, count / 10000);
     std::printf("[ figures  ] best light against dense search, %d lights: residual at most %.1e above, %d over 1e-3\n", count, worst,
                 missed);
+    return missed;
 }
 
 TEST(LightSearch, NoDirectionOfADenseSearchIsBetter) {
-    checkAgainstDenseSearch(4, 400, 20000);
-    checkAgainstDenseSearch(5, 60000, 600);
+    EXPECT_EQ(missedByADenseSearch(4, 400, 20000), 0);
+    EXPECT_LE(missedByADenseSearch(5, 60000, 600), 6);
 }
 
-TEST(LightSearchSoak, NoDirectionOfADenseSearchIsBetterForAMillionLights) {
-    checkAgainstDenseSearch(6, 1000000, 1000);
+TEST(LightSearchSoak, NoDirectionOfADenseSearchIsBetter) {
+    std::int64_t lights = 0, missed = 0;
+    test::repeatInSoak("random cases", 2000, [&](std::uint64_t seed) {
+        missed += missedByADenseSearch(seed, 2000, 1000);
+        lights += 2000;
+    });
+    EXPECT_LE(missed, 6 + lights / 10000);
 }
 
 TEST(LightSearch, OneLightIsRecovered) {

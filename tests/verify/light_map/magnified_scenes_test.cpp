@@ -1,6 +1,6 @@
 // Random shadings (place, normal, view, roughness, F0) between the texels of the public scenes, by a sampler that uses all of its
-// tolerance, each compared with the bound of its quad. Filtered and shaded here, vectorized and on all cores. LIGHTCOOK_SOAK=1 runs a
-// thousand million of them, and reports how far the bounds are above the largest error that a dense search finds.
+// tolerance, each compared with the bound of its quad. Filtered and shaded here, vectorized and on all cores. The soak also reports how far
+// the bounds are above the largest error that a dense search finds.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -18,6 +18,7 @@
 #include "lighting/radiometry.h"
 #include "lighting/sphere.h"
 #include "tests/formats/light_map_layouts.h"
+#include "tests/soak/soak.h"
 #include "tests/verify/cooked_light_map.h"
 #include "tests/verify/on_all_cores.h"
 #include "tests/verify/public_scenes.h"
@@ -411,32 +412,39 @@ Tightness tightness(const Map& map, std::size_t quadCount) {
 
 // ---- the tests ----
 
-void expectWithinTheBound(const std::string& scene, LightMapLayout layout, int effort, std::int64_t shadings) {
-    if (!std::filesystem::exists(test::lightMapOf(scene))) GTEST_SKIP() << "the shared scenes are not here";
-    const Map map(test::lightMapOf(scene), layout, effort);
-    const Tally tally = shadeAtRandom(map, shadings, 23);
-    EXPECT_EQ(tally.above, 0) << scene << ' ' << formats::info(layout).name;
-    // A bound far above all errors would always hold.
-    EXPECT_GT(tally.nearest, 0.1);
-    fmt::print("{:8} {:11} {:.3g} shadings, {:.1f} s, {:.3g} a second, {} above, nearest {:.2f} of its bound\n", scene,
-               formats::info(layout).name, static_cast<double>(tally.shadings), tally.seconds,
-               static_cast<double>(tally.shadings) / tally.seconds, tally.above, tally.nearest);
+/// Shades at random and returns the count. A bound far above all errors would always hold: `nearest` is at least a tenth of it.
+std::int64_t expectWithinTheBound(const Map& map, const std::string& name, std::int64_t shadings, std::uint64_t seed) {
+    const Tally tally = shadeAtRandom(map, shadings, seed);
+    EXPECT_EQ(tally.above, 0) << name;
+    EXPECT_GT(tally.nearest, 0.1) << name;
+    fmt::print("{:20} {:.3g} shadings, {:.1f} s, {:.3g} a second, {} above, nearest {:.2f} of its bound\n", name,
+               static_cast<double>(tally.shadings), tally.seconds, static_cast<double>(tally.shadings) / tally.seconds, tally.above,
+               tally.nearest);
+    return tally.shadings;
 }
 
-class MagnifiedScenes : public testing::TestWithParam<SceneAndLayout> {};
+class MagnifiedScenes : public testing::TestWithParam<SceneAndLayout> {
+protected:
+    void SetUp() override {
+        if (!std::filesystem::exists(test::lightMapOf(scene_))) GTEST_SKIP() << "the shared scenes are not here";
+    }
+    const std::string scene_ = std::get<0>(GetParam());
+    const LightMapLayout layout_ = std::get<1>(GetParam());
+    const std::string name_ = fmt::format("{:8} {:11}", scene_, formats::info(layout_).name);
+};
 TEST_P(MagnifiedScenes, NoShadingExceedsTheBoundOfItsQuad) {
-    expectWithinTheBound(std::get<0>(GetParam()), std::get<1>(GetParam()), 1, 2'000'000);
+    expectWithinTheBound(Map(test::lightMapOf(scene_), layout_, 1), name_, 2'000'000, 23);
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, MagnifiedScenes,
                          testing::Combine(testing::Values("cornell", "interior"),
                                           testing::Values(LightMapLayout::Ratio, LightMapLayout::Basis4)),
                          test::nameOfSceneAndLayout);
 
-class MagnifiedScenesSoak : public testing::TestWithParam<SceneAndLayout> {};
+using MagnifiedScenesSoak = MagnifiedScenes;
 TEST_P(MagnifiedScenesSoak, NoShadingExceedsTheBoundOfItsQuad) {
-    expectWithinTheBound(std::get<0>(GetParam()), std::get<1>(GetParam()), 3, 25'000'000);
+    const Map map(test::lightMapOf(scene_), layout_, 3);
+    test::repeatInSoak("shadings", 5'000'000, [&](std::uint64_t seed) { expectWithinTheBound(map, name_, 5'000'000, seed); });
 }
-/// A thousand million in total.
 INSTANTIATE_TEST_SUITE_P(Scenes, MagnifiedScenesSoak,
                          testing::Combine(testing::ValuesIn(test::kPublicScenes), testing::ValuesIn(test::directionalLayouts())),
                          test::nameOfSceneAndLayout);

@@ -1,5 +1,5 @@
 // The bound of visible errors on the public scenes: never exceeded by random shadings, and not far above the worst that a search finds in
-// blocks of 64 x 64 texels. LIGHTCOOK_SOAK=1 runs a thousand million shadings.
+// blocks of 64 x 64 texels.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <numeric>
 
+#include "tests/soak/soak.h"
 #include "tests/verify/on_all_cores.h"
 #include "tests/verify/public_scenes.h"
 #include "tests/verify/visible_sampler.h"
@@ -173,8 +174,8 @@ private:
     std::vector<Start> starts_;
 };
 
-/// Compares random shadings with the bound of their block.
-void expectVisibleWithinTheBound(const std::string& scene, LightMapLayout layout, int effort, std::int64_t shadings) {
+/// Compares random shadings with the bound of their block, in the soak as many as there is time for.
+void expectVisibleWithinTheBound(const std::string& scene, LightMapLayout layout, int effort, bool isSoak) {
     if (!std::filesystem::exists(test::lightMapOf(scene))) GTEST_SKIP() << "the shared scenes are not here";
     const SceneMap map(scene, layout, effort);
     const int across = (map.width() + kSceneBlock - 1) / kSceneBlock, down = (map.height() + kSceneBlock - 1) / kSceneBlock;
@@ -186,7 +187,7 @@ void expectVisibleWithinTheBound(const std::string& scene, LightMapLayout layout
     constexpr std::size_t kPlaces = 1024, kGroups = 8;
     constexpr auto kEach = static_cast<std::int64_t>(kPlaces * kGroups * 2 * ShadingRows::kLanes);
     std::atomic<std::int64_t> above{0};
-    onAllCores(static_cast<std::size_t>((shadings + kEach - 1) / kEach), [&](std::size_t index) {
+    const auto shade = [&](std::size_t index) {
         Random random(index + 1);
         for (std::size_t i = 0; i < kPlaces; ++i) {
             const auto [x, y] =
@@ -203,13 +204,21 @@ void expectVisibleWithinTheBound(const std::string& scene, LightMapLayout layout
                     for (const float each : found) above += !(static_cast<double>(each) <= (isSpecular ? bound.specular : bound.diffuse));
                 }
         }
-    });
-    EXPECT_EQ(above, 0) << scene << ' ' << formats::info(layout).name;
+    };
+    constexpr std::size_t kAtOnce = (1'000'000 + kEach - 1) / kEach;
+    const auto shadeMany = [&](std::uint64_t seed) {
+        onAllCores(kAtOnce, [&](std::size_t i) { shade(kAtOnce * seed + i); });
+        EXPECT_EQ(above, 0) << scene << ' ' << formats::info(layout).name;
+    };
+    if (isSoak)
+        test::repeatInSoak("shadings", kAtOnce * kEach, shadeMany);
+    else
+        shadeMany(0);
 }
 
 class VisibleScenes : public testing::TestWithParam<SceneAndLayout> {};
 TEST_P(VisibleScenes, NoShadingExceedsTheBoundOfItsBlock) {
-    expectVisibleWithinTheBound(std::get<0>(GetParam()), std::get<1>(GetParam()), 1, 1'000'000);
+    expectVisibleWithinTheBound(std::get<0>(GetParam()), std::get<1>(GetParam()), 1, false);
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, VisibleScenes,
                          testing::Combine(testing::Values("cornell"),
@@ -218,9 +227,8 @@ INSTANTIATE_TEST_SUITE_P(Scenes, VisibleScenes,
 
 class VisibleScenesSoak : public testing::TestWithParam<SceneAndLayout> {};
 TEST_P(VisibleScenesSoak, NoShadingExceedsTheBoundOfItsBlock) {
-    expectVisibleWithinTheBound(std::get<0>(GetParam()), std::get<1>(GetParam()), 3, 25'000'000);
+    expectVisibleWithinTheBound(std::get<0>(GetParam()), std::get<1>(GetParam()), 3, true);
 }
-/// A thousand million in total.
 INSTANTIATE_TEST_SUITE_P(Scenes, VisibleScenesSoak,
                          testing::Combine(testing::ValuesIn(test::kPublicScenes), testing::ValuesIn(test::kEveryLayout)),
                          test::nameOfSceneAndLayout);

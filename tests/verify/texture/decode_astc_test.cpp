@@ -3,13 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
-#include <iostream>
 #include <map>
 #include <memory>
 #include <random>
 
+#include "tests/soak/soak.h"
 #include "verify/texture_unit.h"
 
 namespace lightcook::verify {
@@ -182,13 +181,10 @@ TEST_P(Astc, RandomBitsAreLegalOrIllegalAlikeAndDecodeToTheSameHalfs) {
     expectAlike(GetParam(), 7);
 }
 
-/// Decodes LIGHTCOOK_SOAK_BLOCKS / 40 random blocks of each format; the variable defaults to 100 million.
 class AstcSoak : public testing::TestWithParam<PixelFormat> {};
 TEST_P(AstcSoak, RandomBitsDecodeAlike) {
-    const char* asked = std::getenv("LIGHTCOOK_SOAK_BLOCKS");
-    const int rounds = static_cast<int>(std::ceil((asked ? std::atof(asked) : 1e8) / 40 / (256 * 256 * kBiases.size())));
-    for (int round = 0; round < rounds && !HasFailure(); ++round) expectAlike(GetParam(), 100u + static_cast<unsigned>(round));
-    std::cout << formats::info(GetParam()).name << ": " << rounds * 256 * 256 * static_cast<int>(kBiases.size()) << " blocks\n";
+    test::repeatInSoak("blocks decoded", std::int64_t{256} * 256 * std::ssize(kBiases),
+                       [](std::uint64_t seed) { expectAlike(GetParam(), 100u + static_cast<unsigned>(seed)); });
 }
 
 const auto kAstcFormats =

@@ -4,11 +4,11 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <iostream>
 #include <random>
 
 #include "compress/block/decode.h"
 #include "tests/formats/temporary_folder.h"
+#include "tests/soak/soak.h"
 #include "verify/texture_unit.h"
 
 namespace lightcook::verify {
@@ -202,24 +202,18 @@ std::int64_t countOtherThanCompress(PixelFormat format, std::span<const std::byt
     return different;
 }
 
-/// Four fifths of LIGHTCOOK_SOAK_BLOCKS (100 million unless said; the encoders have the rest) over seven formats, a quarter of a million at
-/// a time.
 class BlockDecodersSoak : public testing::TestWithParam<PixelFormat> {};
 
 TEST_P(BlockDecodersSoak, ReadAnyBytesAsOpenImageIOAndAsTheEncodersDo) {
-    const char* asked = std::getenv("LIGHTCOOK_SOAK_BLOCKS");
-    const double blocksEach = (asked ? std::atof(asked) : 1e8) * 0.8 / 7;
-    const int batches = static_cast<int>(std::ceil(blocksEach / (kSize / 4 * kSize / 4)));
-    for (int batch = 0; batch < batches; ++batch) {
-        const unsigned seed = 1000u * static_cast<unsigned>(batch + 1) + static_cast<unsigned>(GetParam());
+    test::repeatInSoak("blocks decoded", std::int64_t{kSize / 4} * (kSize / 4), [](std::uint64_t round) {
+        const unsigned seed = 1000u * static_cast<unsigned>(round) + static_cast<unsigned>(GetParam());
         const std::vector<std::byte> blocks = makeBlocks(GetParam(), seed);
         std::int64_t different = 0;
         compare(GetParam(), blocks,
                 [&](float ours, float theirs, int channel, std::byte) { different += !agrees(GetParam(), ours, theirs, channel); });
         ASSERT_EQ(different, 0) << "values other than OpenImageIO's, seed " << seed;
         ASSERT_EQ(countOtherThanCompress(GetParam(), blocks), 0) << "values other than the encoders' own, seed " << seed;
-    }
-    std::cout << formats::info(GetParam()).name << ": " << static_cast<std::int64_t>(batches) * (kSize / 4) * (kSize / 4) << " blocks\n";
+    });
 }
 INSTANTIATE_TEST_SUITE_P(BlockDecoders, BlockDecodersSoak,
                          testing::Values(PixelFormat::Bc1, PixelFormat::Bc3, PixelFormat::Bc4, PixelFormat::Bc5, PixelFormat::Bc6hUf16,
