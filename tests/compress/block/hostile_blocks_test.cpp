@@ -1,6 +1,7 @@
 // Random and adversarial texels at every effort: nothing crashes, all decoded values are finite, instruction sets agree, and the decoded
 // texels of encodeRows are those that the verifier reads. A quarter of a million blocks; in the soak as many as there is time for.
 #include "tests/compress/hostile_blocks.h"
+#include "tests/compress/against_one_colour.h"
 #include "tests/soak/soak.h"
 
 namespace lightcook::compress::test {
@@ -22,8 +23,7 @@ void encodeHostile(PixelFormat format, int level, std::int64_t blockCount, std::
     }
 }
 
-/// Gives the texels weights: of four sizes, or over eight decades with none on one side of each block, as beside a chart or dark light.
-enum class Weights { Few, Wide };
+/// Gives the texels weights.
 void weigh(HostileImage& image, Weights weights, Random& random) {
     formats::Image<float>& significance = image.significance;
     if (weights == Weights::Few) {
@@ -39,13 +39,6 @@ void weigh(HostileImage& image, Weights weights, Random& random) {
                 significance.at(left + t % 4, top + t / 4) = along < cut ? 0.0f : std::exp2(exponent);
             }
         }
-}
-
-/// Returns the largest error that a block may have beside one colour. Where weights span eight decades, sums of floats and the integers of
-/// the fast kernels lose the small ones: such a block may err by a few codes more, but never lose its light.
-double mostOf(double oneColour, Weights weights) {
-    constexpr double kCodes = 20.0 / 255;
-    return weights == Weights::Few ? 1.02 * oneColour : 4 * oneColour + kCodes * kCodes * std::min(1.0, 1e6 * oneColour);
 }
 
 class HostileFormat : public testing::TestWithParam<PixelFormat> {};
@@ -66,36 +59,6 @@ TEST_P(HostileFormat, ManyAreSoundAtCheapEfforts) {
 }
 INSTANTIATE_TEST_SUITE_P(Encoders, HostileFormat, testing::ValuesIn(kBlockFormats), nameOf);
 
-/// Returns the error of a block, and that of one colour for the whole block, the weighted mean, rounded as the format does; both are
-/// divided by the weights.
-struct AgainstOneColour {
-    double error = 0, oneColour = 0;
-};
-AgainstOneColour againstOneColour(PixelFormat format, const HostileImage& image, const TexelImage& decoded, int left, int top) {
-    AgainstOneColour found;
-    const bool isBc1 = format == PixelFormat::Bc1 || format == PixelFormat::Bc3;
-    for (int c = 0; c < formats::info(format).channelCount; ++c) {
-        // Channels that are coded apart know nothing of weights of channels.
-        const bool isApart = format == PixelFormat::Bc4 || format == PixelFormat::Bc5 || (format == PixelFormat::Bc3 && c == 3);
-        const auto channelWeight = isApart ? 1.0 : static_cast<double>(image.options.channelWeights[static_cast<std::size_t>(c)]);
-        const double step = isBc1 && c < 3 ? 1.0 / 62 : 1.0 / 255;
-        double sum = 0, weights = 0, squares = 0, misses = 0;
-        for (int t = 0; t < kTexelCount; ++t) {
-            const int x = left + t % 4, y = top + t / 4;
-            const auto weight = static_cast<double>(image.significance.at(x, y));
-            const double value = std::clamp(static_cast<double>(image.texels.at(x, y)[c]), 0.0, 1.0);
-            sum += weight * value;
-            squares += weight * value * value;
-            weights += weight;
-            misses += weight * std::pow(static_cast<double>(decoded.at(x, y)[c]) - value, 2);
-        }
-        if (!(weights > 0)) return {};
-        found.error += channelWeight * misses / weights;
-        found.oneColour += channelWeight * (std::max(0.0, squares / weights - std::pow(sum / weights, 2)) + step * step);
-    }
-    return found;
-}
-
 TEST(HostileBlocks, NoBlockOfUnormFormatsIsWorseThanOneColour) {
     for (const PixelFormat format : {PixelFormat::Bc1, PixelFormat::Bc3, PixelFormat::Bc4, PixelFormat::Bc5, PixelFormat::Bc7})
         for (const int level : {0, 1, 2, 3, 5, 7, 10, 11, 12, 13, 15, 17}) {
@@ -114,38 +77,6 @@ TEST(HostileBlocks, NoBlockOfUnormFormatsIsWorseThanOneColour) {
                 }
             EXPECT_EQ(worse, 0) << formats::info(format).name << " effort " << level % 10;
         }
-}
-
-/// Returns the same for BC6H: the one colour is the weighted mean in the metric, rounded to halves (mode 14 holds any); errors are in the
-/// metric.
-AgainstOneColour againstOneLight(PixelFormat format, const HostileImage& image, const TexelImage& decoded, int left, int top) {
-    AgainstOneColour found;
-    const auto scale = static_cast<double>(image.options.hdrScale);
-    const bool isLog = image.options.hdrMetric == HdrMetric::Log;
-    const auto metric = [&](double x) { return isLog ? std::copysign(std::log2(1 + std::abs(x) / scale), x) : x; };
-    const double least = formats::info(format).isSigned ? -65504 : 0;
-    for (int c = 0; c < 3; ++c) {
-        double weights = 0, sum = 0, squares = 0, misses = 0;
-        for (int t = 0; t < kTexelCount; ++t) {
-            const int x = left + t % 4, y = top + t / 4;
-            const double value = std::clamp(static_cast<double>(image.texels.at(x, y)[c]), least, 65504.0), m = metric(value);
-            double weight = static_cast<double>(image.significance.at(x, y));
-            if (image.options.hdrMetric == HdrMetric::Relative) weight /= std::pow(std::abs(value) + scale, 2);
-            weights += weight;
-            sum += weight * m;
-            squares += weight * m * m;
-            misses += weight * std::pow(metric(static_cast<double>(decoded.at(x, y)[c])) - m, 2);
-        }
-        if (!(weights > 0)) return {};
-        const auto channelWeight = static_cast<double>(image.options.channelWeights[static_cast<std::size_t>(c)]);
-        // A half is off by 2^-12 of itself, or by 2^-25.
-        const double mean = sum / weights, half = isLog ? (std::exp2(std::abs(mean)) - 1) * scale : std::abs(mean);
-        // The logarithms of the kernels have an absolute error of 1e-6 near 0.
-        const double away = metric(half + std::max(half * 0x1p-11, 0x1p-24)) - metric(half) + (isLog ? 1e-6 : 0.0);
-        found.error += channelWeight * misses;
-        found.oneColour += channelWeight * (std::max(0.0, squares - sum * mean) + weights * away * away);
-    }
-    return found;
 }
 
 TEST(HostileBlocks, NoBlockOfBc6hIsWorseThanOneColour) {

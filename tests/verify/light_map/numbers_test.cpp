@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <numbers>
 #include <vector>
 
 #include "lighting/radiometry.h"
@@ -17,6 +18,7 @@
 #include "verify/error/visible_any_light.h"
 #include "verify/light_map/bound.h"
 #include "verify/light_map/kernel_cells.h"
+#include "verify/light_map/scanned_kernels.h"
 #include "verify/light_map/visible_grid.h"
 #include "verify/light_map/visible_search.h"
 
@@ -103,45 +105,58 @@ void expectTest(const SearchBudget& budget, double low, double high) {
     });
 }
 
-/// Bounds of visible errors under many normals: two control vectors of reference and error, a normal, and the weight of the first.
+/// Bounds of visible errors under many kernels: two control vectors of reference and error, a kernel, and the weight of the first.
 class VisibleBounds {
 public:
-    explicit VisibleBounds(double black)
-        : viewing_{{36, black}},
+    VisibleBounds(double black, verify::LightMapShading shading)
+        : shading_(std::move(shading)),
+          scanned_(shading_),
+          viewing_{{36, black}},
           metric_(viewing_, 1),
           anyLight_(metric_),
-          tree_(verify::KernelTree::diffuse(kTilt)),
-          grids_{verify::KernelGrid::diffuse(kTilt, 1), verify::KernelGrid::diffuse(kTilt, 2)},
+          tree_(shading_.specular ? verify::KernelTree::specular(shading_, scanned_) : verify::KernelTree::diffuse(kTilt)),
+          grids_{gridOf(1), gridOf(2)},
           grid_(metric_, anyLight_, grids_) {}
 
-    static std::vector<SearchRange> ranges() {
+    /// brightness  of the light
+    /// error       over the light
+    static std::vector<SearchRange> ranges(const SearchRange& brightness, const SearchRange& error) {
         std::vector<SearchRange> out(kCount, {1e-6, 1, Kind::Signed});
-        out.insert(out.end(), 2, {0, 1, Kind::Linear});   // tilt, weight
+        out.insert(out.end(), 2, {0, 1, Kind::Linear});   // tilt or view, weight
         out.insert(out.end(), 2, {-1, 1, Kind::Linear});  // azimuth, place in a cell
-        out.push_back({1e-30, 1e25});                     // brightness
-        out.push_back({1e-12, 1e12});                     // of the error, over that of the light
-        out.insert(out.end(), 2, {0, 1, Kind::Linear});   // a cell of kernels, and its width
+        out.insert(out.end(), {brightness, error});
+        out.insert(out.end(), 4, {0, 1, Kind::Linear});    // a cell of kernels, and its width; roughness and F0
+        out.insert(out.end(), 11, {-1, 1, Kind::Linear});  // place in a cell of specular kernels, and what is beside it
         return out;
     }
     Real gridRatio(const Input& in, bool isFine) {
-        const Real truth = truthOf(in, static_cast<Real>(in[kCount]) * kTilt * kPi / 180, static_cast<Real>(in[kCount + 2]) * kPi);
-        return truth / static_cast<Real>(grid_.bound(lightOf(in), 0, isFine));
+        const Real azimuth = static_cast<Real>(in[kCount + 2]) * kPi;
+        const test::RealSh kernel =
+            shading_.specular ? specularKernel(in, azimuth) : diffuseKernel(static_cast<Real>(in[kCount]) * kTilt * kPi / 180, azimuth);
+        return truthOf(in, kernel) / static_cast<Real>(grid_.bound(lightOf(in), 0, isFine));
     }
     Real cellRatio(const Input& in) const {
         const int index = static_cast<int>(in[kCount + 6] * (static_cast<double>(tree_.size()) - 1));
-        const verify::ProfileRange& range = tree_.range(index);
         const double half = in[kCount + 7] * in[kCount + 7] * static_cast<double>(kPi), azimuth = in[kCount + 2];
-        const verify::VisibleSearch search(metric_, tree_);
-        const double bound = search.cellBound(lightOf(in), tree_.cell(index, azimuth, half));
-        const Real angle = static_cast<Real>(range.angle) + (2 * static_cast<Real>(in[kCount]) - 1) * static_cast<Real>(range.halfAngle);
-        return truthOf(in, angle, static_cast<Real>(azimuth) + static_cast<Real>(in[kCount + 3]) * static_cast<Real>(half)) /
-               static_cast<Real>(bound);
+        const verify::KernelCell cell = tree_.cell(index, azimuth, half);
+        const double bound = verify::VisibleSearch(metric_, tree_).cellBound(lightOf(in), cell);
+        const verify::ProfileRange& range = tree_.range(index);
+        const test::RealSh kernel =
+            shading_.specular ? kernelOfCell(in, cell)
+                              : diffuseKernel(static_cast<Real>(range.angle) +
+                                                  (2 * static_cast<Real>(in[kCount]) - 1) * static_cast<Real>(range.halfAngle),
+                                              static_cast<Real>(azimuth) + static_cast<Real>(in[kCount + 3]) * static_cast<Real>(half));
+        return truthOf(in, kernel) / static_cast<Real>(bound);
     }
 
 private:
     static constexpr double kTilt = 60;
     static constexpr Real kPi = 3.14159265358979323846264338327950288L;
     static constexpr std::size_t kCount = 2 * 2 * 27;
+    verify::KernelGrid gridOf(int fineness) const {
+        return shading_.specular ? verify::KernelGrid::specular(shading_, scanned_, fineness)
+                                 : verify::KernelGrid::diffuse(kTilt, fineness);
+    }
     static float coefficient(const Input& in, std::size_t control, bool isError, std::size_t c, std::size_t i) {
         const double bright = in[kCount + 4] * (isError ? in[kCount + 5] : 1);
         return static_cast<float>(bright * in[54 * control + (isError ? 27 : 0) + 9 * c + i]);
@@ -162,24 +177,63 @@ private:
         }
         return light;
     }
-    /// The visible error of a mean of the control vectors under a normal.
-    Real truthOf(const Input& in, Real angle, Real azimuth) const {
-        const std::array<Real, 3> n = {std::sin(angle) * std::cos(azimuth), std::sin(angle) * std::sin(azimuth), std::cos(angle)};
+    static test::RealSh diffuseKernel(Real angle, Real azimuth) {
+        test::RealSh out = test::realBasis(std::sin(angle) * std::cos(azimuth), std::sin(angle) * std::sin(azimuth), std::cos(angle));
+        for (std::size_t i = 0; i < out.size(); ++i)
+            out[i] *= static_cast<Real>(lighting::kExitRadianceBands[static_cast<std::size_t>(lighting::kShBand[i])]);
+        return out;
+    }
+    /// Any view, roughness and F0 of the shading.
+    test::RealSh specularKernel(const Input& in, Real azimuth) const {
+        const double NoV = std::max(1e-3, std::cos(0.5 * std::numbers::pi * in[kCount])), low = std::ranges::min(shading_.m),
+                     m = low * std::pow(std::ranges::max(shading_.m) / low, in[kCount + 8]);
+        const lighting::ShDouble profile =
+            verify::kernelAtF0(verify::specularKernelAt(NoV, m, shading_.lobe, 64),
+                               std::lerp(std::ranges::min(shading_.f0), std::ranges::max(shading_.f0), in[kCount + 9]));
+        test::RealSh out;
+        std::ranges::copy(profile, out.begin());
+        for (const auto& [cosine, sine, order] : {std::array<std::size_t, 3>{3, 1, 1}, {7, 5, 1}, {8, 4, 2}}) {
+            out[sine] = std::sin(static_cast<Real>(order) * azimuth) * out[cosine];
+            out[cosine] *= std::cos(static_cast<Real>(order) * azimuth);
+        }
+        return out;
+    }
+    /// Any kernel that a cell says it has.
+    static test::RealSh kernelOfCell(const Input& in, const verify::KernelCell& cell) {
+        auto next = [&, at = kCount + 10]() mutable { return static_cast<Real>(in[at++]); };
+        test::RealSh out, beside;
+        const std::array<Real, 3> along = {next(), static_cast<Real>(in[kCount + 3]), 2 * static_cast<Real>(in[kCount + 1]) - 1};
+        const Real turn = next();
+        for (std::size_t i = 0; i < out.size(); ++i) {
+            out[i] = static_cast<Real>(cell.centre[i]) + turn * static_cast<Real>(cell.alongAzimuth[i]);
+            for (std::size_t k = 0; k < along.size(); ++k) out[i] += along[k] * static_cast<Real>(cell.alongProfile[k][i]);
+            beside[i] = next();
+        }
+        std::array<Real, 3> lengths{};
+        for (std::size_t i = 0; i < out.size(); ++i) lengths[static_cast<std::size_t>(lighting::kShBand[i])] += beside[i] * beside[i];
+        for (std::size_t i = 0; i < out.size(); ++i) {
+            const auto l = static_cast<std::size_t>(lighting::kShBand[i]);
+            out[i] += static_cast<Real>(cell.profileRadius[l] + cell.azimuthRadius[l]) * beside[i] / std::max(1e-9L, std::sqrt(lengths[l]));
+        }
+        return out;
+    }
+    /// The visible error of a mean of the control vectors under a kernel.
+    Real truthOf(const Input& in, const test::RealSh& kernel) const {
         const Real weights[2] = {static_cast<Real>(in[kCount + 1]), 1 - static_cast<Real>(in[kCount + 1])};
-        std::array<Real, 3> x, y;
+        std::array<Real, 3> x{}, y{};
         for (std::size_t c = 0; c < 3; ++c) {
-            std::array<Real, 9> reference{}, error{};
-            for (std::size_t control = 0; control < 2; ++control)
-                for (std::size_t i = 0; i < 9; ++i) {
-                    reference[i] += weights[control] * static_cast<Real>(coefficient(in, control, false, c, i));
-                    error[i] += weights[control] * static_cast<Real>(coefficient(in, control, true, c, i));
+            for (std::size_t i = 0; i < 9; ++i)
+                for (std::size_t control = 0; control < 2; ++control) {
+                    x[c] += kernel[i] * weights[control] * static_cast<Real>(coefficient(in, control, false, c, i));
+                    y[c] += kernel[i] * weights[control] * static_cast<Real>(coefficient(in, control, true, c, i));
                 }
-            x[c] = shaded(reference, lighting::kExitRadianceBands, n);
-            y[c] = x[c] + shaded(error, lighting::kExitRadianceBands, n);
+            y[c] += x[c];
         }
         return verify::truthOf(x, y, viewing_);
     }
 
+    verify::LightMapShading shading_;
+    verify::ScannedKernels scanned_;
     verify::Viewing viewing_;
     verify::VisibleMetric metric_;
     verify::AnyLightBound anyLight_;
@@ -187,19 +241,43 @@ private:
     verify::KernelGrids grids_;
     verify::GridBound grid_;
 };
-void expectVisibleBounds(const SearchBudget& budget, double black) {
-    VisibleBounds bounds(black);
-    const auto ranges = VisibleBounds::ranges();
-    test::expectHolds("VisibleSearch::cellBound", ranges, budget, [&](const Input& in) { return bounds.cellRatio(in); });
-    test::expectHolds("GridBound, coarse", ranges, budget, [&](const Input& in) { return bounds.gridRatio(in, false); });
-    test::expectHolds("GridBound, fine", ranges, budget, [&](const Input& in) { return bounds.gridRatio(in, true); });
+verify::LightMapShading diffuseShading() {
+    verify::LightMapShading out;
+    out.specular = false;
+    return out;
+}
+/// Roughness and F0 of a scene that says nothing, and all that there are.
+std::vector<verify::LightMapShading> specularShadings() {
+    verify::LightMapShading usual, any = usual, one = usual;
+    any.m = {0.01, 1};
+    any.f0 = {0, 1};
+    one.m = {0.3};
+    one.f0 = {0.04};
+    return {usual, any, one};
+}
+void expectVisibleBounds(const SearchBudget& budget, double black, const verify::LightMapShading& shading) {
+    VisibleBounds bounds(black, shading);
+    const std::string light = shading.specular ? " of specular light" : "";
+    // Where light is beyond the curve, or an error is, the bound is the largest difference: also light that a screen shows.
+    for (const auto& ranges : {VisibleBounds::ranges({1e-30, 1e25}, {1e-12, 1e12}), VisibleBounds::ranges({1e-3, 10}, {1e-6, 0.3})}) {
+        test::expectHolds("VisibleSearch::cellBound" + light, ranges, budget, [&](const Input& in) { return bounds.cellRatio(in); });
+        test::expectHolds("GridBound, coarse" + light, ranges, budget, [&](const Input& in) { return bounds.gridRatio(in, false); });
+        test::expectHolds("GridBound, fine" + light, ranges, budget, [&](const Input& in) { return bounds.gridRatio(in, true); });
+    }
 }
 
 TEST(VisibleBoundNumbers, Bounds) {
-    expectVisibleBounds({3000}, 0.5);
+    expectVisibleBounds({1500}, 0.5, diffuseShading());
+}
+TEST(VisibleBoundNumbers, SpecularBounds) {
+    expectVisibleBounds({200}, 0.5, specularShadings()[0]);
 }
 TEST(VisibleBoundNumbersSoak, Bounds) {
-    for (const double black : {0.005, 0.5, 100.0}) expectVisibleBounds(test::soakBudget(9), black);
+    for (const double black : {0.005, 0.5, 100.0}) expectVisibleBounds(test::soakBudget(18), black, diffuseShading());
+}
+TEST(VisibleBoundNumbersSoak, SpecularBounds) {
+    for (const double black : {0.005, 0.5, 100.0})
+        for (const verify::LightMapShading& shading : specularShadings()) expectVisibleBounds(test::soakBudget(54), black, shading);
 }
 // ---- layouts
 
