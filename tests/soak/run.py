@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""Runs the long tests for some time and prints one table of what was tried: run.py [MINUTES] [-R REGEX] [--sanitized PROGRAM...] [--not-sanitized TESTS]
+"""Runs the long tests for some time and prints one table of what was tried:
+  run.py [MINUTES] [-R REGEX] [--sanitized PROGRAM...] [--not-sanitized TESTS]
 
 Parts are the suites and scripts that ctest labels "soak", the test programs of the sanitizers' builds, and the fuzzers; REGEX selects some
 by name. Each part gets an equal share of the time that is left when it begins, so what one does not need goes to those after it. Suites end
@@ -26,7 +27,9 @@ import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 OUT = ROOT / "build/soak"
-LONG = {"Mutants.AreCaughtSoak": 8, "Cluster.KillsSoak": 8}  # shares of what tries many cases in one part
+# Shares of parts that have many long cases.
+LONG = {"Mutants.AreCaughtSoak": 8, "Cluster.KillsSoak": 8, "FaultsSoak": 4, "RightWorkSoak": 4, "Scenes/MagnifiedScenesSoak": 4,
+        "Scenes/VisibleScenesSoak": 4}
 SANITIZED = "under address and undefined-behaviour sanitizers"
 SKIPPED = 77
 
@@ -99,7 +102,7 @@ def parts_of_ctest():
         name = test["name"]
         command = list(test.get("command", ["false"]))
         if any("--gtest" in word for word in command):
-            yield Part(name, "suites", command + ["--gtest_shuffle"], properties.get("WORKING_DIRECTORY", ROOT))
+            yield Part(name, "suites", command + ["--gtest_shuffle"], properties.get("WORKING_DIRECTORY", ROOT), LONG.get(name, 1))
         else:
             yield Part(name, "scripts", command, properties.get("WORKING_DIRECTORY", ROOT), LONG.get(name, 1),
                        properties.get("TIMEOUT", 1500))
