@@ -269,8 +269,9 @@ TEST_F(ReaderProcesses, EndWithTheirFilesAndWithTheProgram) {
 /// With the reader that misbehaves.
 class BadReader : public ReaderProcesses {
 protected:
-    void SetUp() override {
-        readInChildProcesses({.program = LIGHTCOOK_BAD_READER, .seconds = 1, .memoryBytes = std::uint64_t{512} << 20});
+    void SetUp() override { limitTo(1); }
+    static void limitTo(double seconds) {
+        readInChildProcesses({.program = LIGHTCOOK_BAD_READER, .seconds = seconds, .memoryBytes = std::uint64_t{512} << 20});
     }
     /// Returns the error of a file on which its reader does something.
     Error errorOf(const std::string& word) {
@@ -308,6 +309,7 @@ TEST_F(BadReader, HangsEndInTime) {
 
 TEST_F(BadReader, MemoryHasALimit) {
     if (areReadersSanitized()) GTEST_SKIP() << "the address sanitizer reserves terabytes";
+    limitTo(60);  // pages of a busy machine are slow
     expectError("eat", "takes more than its limit of 512 MiB of memory");
     expectError("claim", "takes more than its limit of 512 MiB of memory");
 }
