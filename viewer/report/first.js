@@ -112,7 +112,7 @@ export const opportunityList = (found, used) => found.length > 0 && make("ol", {
 
 function opportunities(found, used, isPassed) {
   return card(found.length === 0 ? "Opportunities" : found.length === 1 ? "The largest opportunity" : `The ${Math.min(found.length, SHOWN)} largest opportunities`,
-    found.length > 0 ? opportunityList(found.slice(0, SHOWN), used) : soft(`Nothing that was tried ${isPassed ? "gains more than it costs" : "helps. The advice stands under What failed"}.`));
+    found.length > 0 ? opportunityList(found.slice(0, SHOWN), used) : soft(isPassed ? "Nothing that was tried gains more than it costs." : "The advice stands under What failed."));
 }
 
 /** Makes the first screen, and returns with it the opportunities that it has no room for. */
