@@ -15,6 +15,7 @@
 
 #include "formats/bakes/exit_radiance.h"
 #include "formats/bakes/images_reader.h"
+#include "formats/digest.h"
 #include "formats/read_file.h"
 
 namespace lightcook::formats {
@@ -114,21 +115,28 @@ public:
         RawStrip raw = emptyStrip(rowCount);
         std::vector<ExrPlane> surfacePlanes;
         addSurface(raw, surfacePlanes);
-        for (int row = 0; row < rowCount;) {
-            const int count = std::min(rowCount - row, sliceHeight_ - (firstRow + row) % sliceHeight_);
-            for (int slice = 0; slice < kSlices; ++slice) {
-                std::vector<ExrPlane> planes;
-                if (slice == 0) planes = surfacePlanes;
-                for (ExrPlane& plane : planes) plane.texels += row * plane.rowStride;
-                // The coefficient of a slice has its index: 0, y, z, x.
-                addColours(raw, static_cast<std::size_t>(slice), planes, row);
-                const int sourceRow = sourceRowOf(slice, firstRow + row);
-                LC_CHECK(images().front().readRows(sourceRow, count, planes));
-            }
-            row += count;
-        }
+        LC_CHECK(forEachRun(firstRow, rowCount, [&](int row, int count, int slice) {
+            std::vector<ExrPlane> planes;
+            if (slice == 0) planes = surfacePlanes;
+            for (ExrPlane& plane : planes) plane.texels += row * plane.rowStride;
+            // The coefficient of a slice has its index: 0, y, z, x.
+            addColours(raw, static_cast<std::size_t>(slice), planes, row);
+            return images().front().readRows(sourceRowOf(slice, firstRow + row), count, planes);
+        }));
         for (ShRgb& sh : raw.sh.texels()) unpack(sh);
         return raw;
+    }
+
+    Result<std::string> storedDigest(int firstRow, int rowCount) const override {
+        std::string digests = fmt::format("{}", sliceHeight_);
+        bool isKnown = true;
+        LC_CHECK(forEachRun(firstRow, rowCount, [&](int row, int count, int slice) -> Result<void> {
+            LC_TRY(digest, ImagesReader::storedDigest(sourceRowOf(slice, firstRow + row), count));
+            isKnown = isKnown && !digest->empty();
+            digests += *digest;
+            return {};
+        }));
+        return isKnown ? digestOfText(digests) : std::string();
     }
 
     std::optional<StoredNumber> placeOf(std::size_t coefficient, int colour, int x, int y) const override {
@@ -161,6 +169,16 @@ public:
     }
 
 private:
+    /// Calls work(row, count, slice) for the rows [firstRow + row, firstRow + row + count) of each slice that lie together in the file.
+    template <class Work>
+    Result<void> forEachRun(int firstRow, int rowCount, Work work) const {
+        for (int row = 0; row < rowCount;) {
+            const int count = std::min(rowCount - row, sliceHeight_ - (firstRow + row) % sliceHeight_);
+            for (int slice = 0; slice < kSlices; ++slice) LC_CHECK(work(row, count, slice));
+            row += count;
+        }
+        return {};
+    }
     /// Returns the row of the file that holds a slice of a row of the map.
     int sourceRowOf(int slice, int row) const { return (row / sliceHeight_ * kSlices + slice) * sliceHeight_ + row % sliceHeight_; }
 

@@ -21,6 +21,7 @@ public:
     bool hasNormals() const override { return surface_.hasNormals(); }
     bool hasCoverage() const override { return surface_.hasCoverage(); }
     std::string coverageChannel() const override { return surface_.coverageChannel(); }
+    /// Of a map whose row y is row y of every image.
     Result<std::string> storedDigest(int firstRow, int rowCount) const override;
     /// Looks in every image for a number that is not finite; then, for coefficient 0, for a negative colour. Without any, returns the
     /// number that the coefficient is in proportion to.

@@ -136,6 +136,46 @@ TEST(Godot, ImportSettingsNameTheSlicesAndPagesFollowEachOther) {
     }
 }
 
+TEST(Godot, AStoredDigestIsThatOfEachSliceOfItsRows) {
+    constexpr int kWidth = 8, kSlice = 40, kStrip = 16;
+    const TemporaryFolder folder;
+    const auto file = folder / "map.exr";
+    ExrRecipe recipe = stacked(kWidth, kSlice, seededLight, 2);
+    writeImport(file, 8);
+    struct Strips {
+        std::vector<std::vector<ShRgb>> texels;
+        std::vector<std::string> digests;
+    };
+    const auto strips = [&] {
+        Strips out;
+        writeRecipe(file, recipe);
+        const auto reader = LightMapReader::open(file, named("godot"));
+        EXPECT_TRUE(reader) << reader.error().line();
+        for (int row = 0; row < reader->height(); row += kStrip) {
+            const int count = std::min(kStrip, reader->height() - row);
+            out.texels.push_back(reader->read(row, count)->sh.texels());
+            out.digests.push_back(reader->storedDigest(row, count).value_or(""));
+            EXPECT_FALSE(out.digests.back().empty());
+        }
+        return out;
+    };
+    const Strips before = strips();
+    ASSERT_EQ(before.digests.size(), 2 * kSlice / kStrip);
+    for (int row = 3; row < recipe.height; row += 13) {  // of every slice of both pages
+        const auto red = recipe.channels["R"];
+        poke(recipe, "R", 2, row, asHalf(red(2, row) * 0.9));
+        const Strips after = strips();
+        int changed = 0;
+        for (std::size_t i = 0; i < after.digests.size(); ++i) {
+            if (after.texels[i] == before.texels[i]) continue;
+            ++changed;
+            EXPECT_NE(after.digests[i], before.digests[i]) << "row " << row << " of the file, strip " << i;
+        }
+        EXPECT_EQ(changed, 1);
+        recipe.channels["R"] = red;
+    }
+}
+
 TEST(Godot, AlphaIsCoverage) {
     ExrRecipe recipe = stacked(8, 8, seededLight);
     recipe.channels["A"] = [](int x, int y) { return y < 8 && x < 3 ? 0.0f : 1.0f; };
