@@ -55,8 +55,8 @@ public:
     const ExrInfo& info() const;
     /// Reads rows [firstRow, firstRow + rowCount) of channels that exist. Refuses channels of integers. Safe from several threads.
     Result<void> readRows(int firstRow, int rowCount, std::span<const ExrPlane> planes) const;
-    /// Returns a digest of what the file stores of rows [firstRow, firstRow + rowCount), compressed as it is. Rows of equal digests hold
-    /// equal texels in all channels, also of other files. Empty: nobody knows. Safe from several threads.
+    /// Returns a digest of the bytes that the file has for rows [firstRow, firstRow + rowCount), as they are compressed. Rows of equal
+    /// digests have equal texels in all channels, also those of two files. Empty: nobody knows. Safe from several threads.
     Result<std::string> storedDigest(int firstRow, int rowCount) const;
 
 private:

@@ -33,8 +33,10 @@ private:
     bool isForced_;
 };
 
-/// Returns a part from the cache or, where the cache does not have it, the one that make() returns, which is stored. Both functions return
-/// a formats::Result. parts   null: nothing is kept keyOf() digest of all that the part depends on; it is called only if there is a cache
+/// Returns a part from the cache or, where the cache does not have it, the one that make() returns, which is stored.
+/// parts    null: nothing is kept
+/// keyOf()  returns a formats::Result: the digest of all that the part depends on. It is called only if there is a cache
+/// make()   returns a formats::Result: the part
 template <class KeyOf, class Make>
 auto cachedPart(const PartCache* parts, KeyOf&& keyOf, Make&& make) -> decltype(make()) {
     using Part = typename decltype(make())::value_type;

@@ -40,7 +40,7 @@ void describe(Fields& fields, Self& facts) {
     fields.required("worst_rim_ratio", facts.worstRimRatio, "largest ratio of a bright texel at a rim to its brightest neighbour");
 }
 
-/// What the scanner needs of some rows.
+/// Rows of a light map, as far as the scanner reads them.
 class ChartRows {
 public:
     /// light  the largest channel of sh00 of each texel of the next row; negative where it is not covered

@@ -120,7 +120,7 @@ ShRgb decodedGamma(const ShRgb& sh) {
     return decoded;
 }
 
-/// What lint finds in some rows.
+/// Facts of some rows.
 struct Part {
     LightMapCounts counts;
     double radianceSum = 0;

@@ -1,7 +1,7 @@
 // Time and counts of the tests of ./dev soak (tests/soak/run.py).
 //
-// A process of tests has LIGHTCOOK_SOAK_SECONDS in all. Each test may take an equal part of what is left, so that the time of tests that
-// end early goes to those after them. clock.cpp skips tests that would begin later.
+// LIGHTCOOK_SOAK_SECONDS is the time of a whole process of tests. Each test may take an equal part of what is left, so that the time of
+// tests that end early goes to those after them. clock.cpp skips tests that would begin later.
 #pragma once
 
 #include <gtest/gtest.h>

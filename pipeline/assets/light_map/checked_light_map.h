@@ -21,7 +21,7 @@
 
 namespace lightcook::pipeline {
 
-/// What the texels of some strips show.
+/// Figures and pictures of the light that the texels of some strips show.
 struct ShownTexels {
     WorstBlock block = {};
     std::vector<verify::LightMapTruthPlace> truthPlaces = {};

@@ -139,21 +139,20 @@ Result<CookedLightMapReader> CookedLightMapReader::openMap(const std::filesystem
                                 map.width, map.height, mip);
 }
 
-Result<std::vector<std::byte>> CookedLightMapReader::readCoverageTexels(int firstRow, int rowCount) const {
+Result<CookedLightMapReader::BlockRows> CookedLightMapReader::readCoverageBlocks(int firstRow, int rowCount) const {
     const int first = firstRow / formats::kCoverageRows, end = (firstRow + rowCount + formats::kCoverageRows - 1) / formats::kCoverageRows;
-    std::vector<std::byte> bytes(formats::bytesPerBlockRow(formats::PixelFormat::Rgba8Unorm, formats::coverageSize(width_, height_).x) *
-                                 static_cast<std::size_t>(end - first));
-    LC_CHECK(coverage_->readBlockRows({mip_, 0, 0}, first, bytes));
-    return bytes;
+    BlockRows rows{{formats::coverageSize(width_, height_).x, end - first}, {}};
+    auto& texels = rows.layers.emplace_back(formats::bytesPerImage(formats::PixelFormat::Rgba8Unorm, rows.size.x, rows.size.y));
+    LC_CHECK(coverage_->readBlockRows({mip_, 0, 0}, first, texels));
+    return rows;
 }
 
 /// Reads the bits of texture "coverage", as the shader does.
 Result<formats::Image<std::uint8_t>> CookedLightMapReader::readCoverage(int firstRow, int rowCount) const {
-    LC_TRY(bytes, readCoverageTexels(firstRow, rowCount));
-    const int across = formats::coverageSize(width_, height_).x, firstTexelRow = firstRow / formats::kCoverageRows;
-    formats::Image<glm::vec4> texels(
-        across, static_cast<int>(bytes->size()) / (formats::info(formats::PixelFormat::Rgba8Unorm).bytesPerBlock * across));
-    verify::decodeRows(formats::PixelFormat::Rgba8Unorm, *bytes, texels.view());
+    LC_TRY(stored, readCoverageBlocks(firstRow, rowCount));
+    const int firstTexelRow = firstRow / formats::kCoverageRows;
+    formats::Image<glm::vec4> texels(stored->size.x, stored->size.y);
+    verify::decodeRows(formats::PixelFormat::Rgba8Unorm, stored->layers.front(), texels.view());
     formats::Image<std::uint8_t> covered(width_, rowCount);
     for (int y = 0; y < rowCount; ++y)
         for (int x = 0; x < width_; ++x) {
@@ -209,13 +208,16 @@ Result<verify::DecodedLightMapRows> CookedLightMapReader::read(int firstRow, int
 Result<std::string> CookedLightMapReader::digestOfRows(int firstRow, int rowCount) const {
     formats::Digest digest;
     rowCount = std::min(rowCount, height_ - firstRow);
+    const auto add = [&](const BlockRows& stored) {
+        for (const std::vector<std::byte>& blocks : stored.layers) digest.add(std::span(blocks));
+    };
     for (std::size_t i = 0; i < textures_.size(); ++i) {
         LC_TRY(stored, readBlocks(i, firstRow, rowCount));
-        for (const std::vector<std::byte>& blocks : stored->layers) digest.add(std::span(blocks));
+        add(*stored);
     }
     if (coverage_) {
-        LC_TRY(texels, readCoverageTexels(firstRow, rowCount));
-        digest.add(std::span(*texels));
+        LC_TRY(stored, readCoverageBlocks(firstRow, rowCount));
+        add(*stored);
     }
     if (detail_) {
         LC_TRY(detail, detail_->read(firstRow, rowCount));

@@ -68,7 +68,7 @@ private:
         std::vector<std::vector<std::byte>> layers;  ///< whole rows of blocks
     };
     formats::Result<BlockRows> readBlocks(std::size_t texture, int firstRow, int rowCount) const;
-    formats::Result<std::vector<std::byte>> readCoverageTexels(int firstRow, int rowCount) const;
+    formats::Result<BlockRows> readCoverageBlocks(int firstRow, int rowCount) const;
     formats::Result<formats::Image<std::uint8_t>> readCoverage(int firstRow, int rowCount) const;
     /// map  without formats
     static formats::Result<CookedLightMapReader> openMap(const std::filesystem::path& folder, const CookedAsset& asset, int mip,

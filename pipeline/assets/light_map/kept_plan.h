@@ -60,17 +60,16 @@ public:
     /// what  tells it apart from others of the same strip
     template <class Make>
     auto partOf(LightMapSource& source, int index, const std::string& what, Make make) const {
-        const int first = std::max(0, source.stripFirstRow(index) - plan_.contextRows()),
-                  end = std::min(source.height(), source.stripFirstRow(index) + source.stripRows(index) + plan_.contextRows());
+        const int context = plan_.contextRows();
         using Made = decltype(make(formats::LightMapStrip()));
         return cachedPart(
             parts_,
             [&]() -> formats::Result<std::string> {
-                LC_TRY(rows, source.digestOfRows(first, end - first, *parts_));
+                LC_TRY(rows, source.digestOfStrip(index, context, context, *parts_));
                 return digestOf(digest_, what, index, *rows);
             },
             [&]() -> Made {
-                LC_TRY(strip, source.rows(first, end - first));
+                LC_TRY(strip, source.stripWithMargin(index, context, context));
                 return make(std::move(*strip));
             });
     }

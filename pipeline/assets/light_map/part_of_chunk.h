@@ -1,4 +1,4 @@
-// What an action finds in a chunk of a light map, kept in the cache: a bake that changed a little is read where it changed.
+// Results of actions by chunk of a light map, in the cache. An action reads the chunks of a bake that changed since an earlier cook.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@
 
 namespace lightcook::pipeline {
 
-/// Returns what make(chunk) finds in chunk `index`. It returns a Result.
-/// what  all else that it depends on
+/// Returns the result of chunk `index` from the cache or, where the cache does not have it, from make(chunk), which returns a Result.
+/// what  digest of all else that it depends on
 template <class Make>
 auto partOfChunk(LightMapSource& source, int index, const ActionContext& context, const std::string& what, Make make) {
     using Made = std::invoke_result_t<Make, const formats::LightMapStrip&>;

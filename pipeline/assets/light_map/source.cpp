@@ -219,13 +219,19 @@ Result<std::shared_ptr<const LightMapSource::ChunkDigests>> LightMapSource::dige
     return shared;
 }
 
-Result<std::string> LightMapSource::digestOfRows(int firstRow, int rowCount, const PartCache& parts) {
+std::pair<int, int> LightMapSource::rowsOfStrip(int index, int above, int below) const {
+    const int first = stripFirstRow(index);
+    return {std::max(0, first - above), std::min(height(), first + stripRows(index) + below)};
+}
+
+Result<std::string> LightMapSource::digestOfStrip(int index, int above, int below, const PartCache& parts) {
+    const auto [first, end] = rowsOfStrip(index, above, below);
     std::vector<std::string> rows;
-    for (int row = firstRow; row < firstRow + rowCount; ++row) {
-        LC_TRY(digests, digestsOf(constant_ ? 0 : row / kChunkRows, parts));
+    for (int row = first; row < end; ++row) {
+        LC_TRY(digests, digestsOf(row / kChunkRows, parts));
         rows.push_back((*digests)->rows[static_cast<std::size_t>(row % kChunkRows)]);
     }
-    return digestOf(firstRow, rows);
+    return digestOf(first, rows);
 }
 
 Result<std::string> LightMapSource::digestOfChunk(int index, const PartCache& parts) {
@@ -234,8 +240,8 @@ Result<std::string> LightMapSource::digestOfChunk(int index, const PartCache& pa
 }
 
 Result<LightMapStrip> LightMapSource::stripWithMargin(int index, int above, int below) {
-    const int first = std::max(0, stripFirstRow(index) - above);
-    return rows(first, std::min(height(), stripFirstRow(index) + stripRows(index) + below) - first);
+    const auto [first, end] = rowsOfStrip(index, above, below);
+    return rows(first, end - first);
 }
 
 Result<LightMapStrip> LightMapSource::rows(int firstRow, int rowCount) {

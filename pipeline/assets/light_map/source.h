@@ -10,6 +10,7 @@
 #include <mutex>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "formats/light_map.h"
 #include "pipeline/assets/cooked_asset.h"
@@ -76,9 +77,9 @@ public:
     /// Returns the rows of a strip and up to `above` and `below` more, as far as the map has them.
     formats::Result<formats::LightMapStrip> stripWithMargin(int index, int above, int below);
 
-    /// Return digests of all that these rows hold, and of all that chunk `index` holds: rows of equal digests are equal. Rows that a cook
-    /// has had before are not decoded for them: the cache has their digests under that of what the files store of a chunk.
-    formats::Result<std::string> digestOfRows(int firstRow, int rowCount, const PartCache& parts);
+    /// Return digests of all that stripWithMargin() and chunk() return: rows of equal digests are equal. Rows that a cook has had before
+    /// are not decoded for them: the cache has their digests under that of what the files store of a chunk.
+    formats::Result<std::string> digestOfStrip(int index, int above, int below, const PartCache& parts);
     formats::Result<std::string> digestOfChunk(int index, const PartCache& parts);
 
     /// Returns the figures of the whole map (survey.h), found once however many actions ask.
@@ -115,6 +116,8 @@ private:
 
     /// Reads rows of the file and checks them for fireflies.
     formats::Result<formats::LightMapStrip> readChunk(int index) const;
+    /// Returns the rows [first, end) of a strip and of a margin, as far as the map has them.
+    std::pair<int, int> rowsOfStrip(int index, int above, int below) const;
     formats::Result<std::shared_ptr<const ChunkDigests>> digestsOf(int index, const PartCache& parts);
     /// Returns a digest of what the files store of a chunk, and of all that decides what it means; empty: nobody knows.
     formats::Result<std::string> storedDigest(int index);

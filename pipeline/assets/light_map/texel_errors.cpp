@@ -117,9 +117,8 @@ Result<TexelErrors> compareStrip(const CheckedLightMap& map, const std::optional
     LazyStrip strip(map, index);
     // Digest of the rows, with some of those around them.
     const auto digestWith = [&](int above, int below) -> Result<std::string> {
-        const int first = std::max(firstRow - above, 0), end = std::min(firstRow + rowCount + below, bake.height());
-        LC_TRY(ofBake, bake.digestOfRows(first, end - first, *parts));
-        LC_TRY(ofCooked, map.cooked.digestOfRows(firstRow, std::min(end - firstRow, rowCount + 1)));
+        LC_TRY(ofBake, bake.digestOfStrip(index, above, below, *parts));
+        LC_TRY(ofCooked, map.cooked.digestOfRows(firstRow, rowCount + std::min(below, 1)));
         return digestOf(map.cooked.verifierDigest(), *ofBake, *ofCooked);
     };
     const bool hasRims = !map.cooked.hasCoverage();

@@ -47,7 +47,7 @@ public:
         return cachedPart(
             parts,
             [&]() -> Result<std::string> {
-                LC_TRY(ofBake, bake_.digestOfRows(firstRow, std::min(rowCount + 1, bake_.height() - firstRow), *parts));
+                LC_TRY(ofBake, bake_.digestOfStrip(index, 0, 1, *parts));
                 LC_TRY(ofLightMap, lightMap_.digestOfRows(firstRow, rowCount + 1));
                 std::string ofDominant;
                 if (dominant_ != nullptr) {

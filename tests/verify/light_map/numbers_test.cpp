@@ -258,7 +258,7 @@ std::vector<verify::LightMapShading> specularShadings() {
 void expectVisibleBounds(const SearchBudget& budget, double black, const verify::LightMapShading& shading) {
     VisibleBounds bounds(black, shading);
     const std::string light = shading.specular ? " of specular light" : "";
-    // Where light is beyond the curve, or an error is, the bound is the largest difference: also light that a screen shows.
+    // The bound is the largest difference where light, or an error, is beyond the curve: also of light that a screen shows.
     for (const auto& ranges : {VisibleBounds::ranges({1e-30, 1e25}, {1e-12, 1e12}), VisibleBounds::ranges({1e-3, 10}, {1e-6, 0.3})}) {
         test::expectHolds("VisibleSearch::cellBound" + light, ranges, budget, [&](const Input& in) { return bounds.cellRatio(in); });
         test::expectHolds("GridBound, coarse" + light, ranges, budget, [&](const Input& in) { return bounds.gridRatio(in, false); });
